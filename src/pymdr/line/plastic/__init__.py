@@ -1,6 +1,13 @@
 """Step 2 of a ball that yields: its line is an ellipse, whose axes depend on the largest indentation."""
 
-from pymdr.line.plastic.adhesion import Edge, depth_at_force, follow_edge, start_of_edge
+from pymdr.line.plastic.adhesion import (
+    Edge,
+    Parting,
+    depth_at_force,
+    follow_edge,
+    parting_from,
+    start_of_edge,
+)
 from pymdr.line.plastic.ball import DEEPEST, Ball
 from pymdr.line.plastic.ellipse import Ellipse
 from pymdr.line.plastic.growth import GrowingBall, Growth
@@ -14,8 +21,10 @@ __all__ = [
     "GrowingBall",
     "GrowingContacts",
     "Growth",
+    "Parting",
     "YieldingContacts",
     "depth_at_force",
     "follow_edge",
+    "parting_from",
     "start_of_edge",
 ]

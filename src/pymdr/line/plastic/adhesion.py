@@ -11,6 +11,7 @@ import scipy
 
 from pymdr.line.plastic.ball import Ball
 from pymdr.line.plastic.ellipse import Ellipse
+from pymdr.numerics.roots import roots_of
 from pymdr.units import FloatArray
 
 _ABOVE_FOLD = 1e-6
@@ -159,3 +160,60 @@ def depth_at_force(
         return float(rows.force[0]) - target
 
     return float(scipy.optimize.brentq(missing, low, largest, xtol=1e-15 * largest, rtol=1e-14))
+
+
+class Parting(NamedTuple):
+    """Unloading of a ball that adheres, from its largest indentation to separation."""
+
+    ball: Ball
+    edge: Edge
+    largest: float
+    """In m."""
+    radius: float
+    """Contact radius in m there."""
+
+    @property
+    def least(self) -> float:
+        """Contact radius in m at separation."""
+        return min(self.radius, self.edge.critical_radius)
+
+    @property
+    def separation(self) -> float:
+        """Indentation in m at which the bodies separate."""
+        return self._depth_of(self.edge.opening(self.least))
+
+    @property
+    def receding(self) -> float:
+        """Indentation in m from which on the edge recedes."""
+        return self._depth_of(self.edge.opening(self.radius))
+
+    def _depth_of(self, within: float) -> float:
+        at = np.array(self.largest)
+        return float(self.ball.residual(at) + self.ball.scale(at) * within)
+
+    def states(self, d: FloatArray) -> EdgeRows:
+        """States at indentations in m of one dimension, down to that of separation."""
+        line, work, modulus = self.edge.line, self.edge.work, self.edge.line.modulus
+        scale = self.ball.scale(np.array(self.largest))
+        within = self.ball.line_depth(d, np.array(self.largest))
+
+        def opening(a: FloatArray, at: FloatArray) -> FloatArray:
+            return np.asarray(line.depth(a) - np.sqrt(2.0 * math.pi * a * work / modulus) - at)
+
+        a = np.full(d.shape, self.radius)
+        moves = within < self.edge.opening(self.radius)
+        if moves.any():
+            # rounding must not take a depth below that of separation
+            at = np.maximum(within[moves], self.edge.opening(self.least))
+            a[moves] = roots_of(opening, np.full(at.shape, self.least), a[moves], at)
+        g = line.depth(a)
+        stretch, force = within - g, line.force(g)
+        energy = line.energy(g) + stretch * (force + modulus * a * stretch)
+        spent = math.pi * work * (self.radius - a) * (self.radius + a)
+        return EdgeRows(a, force + 2.0 * modulus * stretch * a, scale * energy, scale * spent)
+
+
+def parting_from(ball: Ball, work: float, largest: float) -> Parting:
+    """The unloading of a ball from a largest indentation in m, with a work of adhesion in J/m^2."""
+    at = np.array(largest)
+    return Parting(ball, Edge(ball.line(at), work), largest, float(ball.contact_radius(at, at)))

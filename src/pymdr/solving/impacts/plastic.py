@@ -3,14 +3,24 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
+import scipy
 
 from pymdr.errors import PathError, ProblemError
 from pymdr.interpretation.adhesion import energy_assumption
 from pymdr.interpretation.validity import SOURCES
-from pymdr.line.impact import Along, Potential, depths_of_energy, move, stop, work
-from pymdr.line.plastic import DEEPEST, Ball
+from pymdr.line.impact import (
+    Along,
+    Potential,
+    depths_of_energy,
+    move,
+    parameter_of_energy,
+    stop,
+    work,
+)
+from pymdr.line.plastic import DEEPEST, Ball, Parting, parting_from
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import indent
 from pymdr.solving.colliding import Course, contact_times
@@ -21,41 +31,46 @@ from pymdr.solving.plastic import ball_of
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray, metres, written
 
+_DECADES = 12
+"""Of largest indentations below the end of the model, among which that of the sticking speed is sought."""
+
 
 def plastic(request: ImpactRequest) -> Impact:
-    """The impact of a ball: it yields up to the turning point and rebounds elastically."""
+    """The impact of a ball: it yields up to the turning point and rebounds elastically, or against adhesion."""
     contact, mass, rows = request.contact, request.mass, request.steps
     ball = impacting(contact, "impact")
     energy = 0.5 * mass * request.normal**2
     loading, largest = loading_to(ball, mass, np.array([request.normal]))
     deepest = float(largest[0])
     into = _passage(loading, mass, energy, deepest, rows)
-    rebound = unloading_from(ball, deepest)
-    start = float(ball.residual(np.array(deepest)))
-    returned = float(ball.elastic_energy(np.array(deepest), np.array(deepest)))
-    back = _passage(rebound, mass, returned, deepest - start, rows)
-    time = np.append(into[0], into[0][-1] + back[0][-1] - back[0][-2::-1])
-    depth = np.append(into[1], start + back[1][-2::-1])
-    m = np.full(depth.shape, deepest)
-    m[: into[1].size] = into[1]
+    back = (
+        _returned(ball, mass, deepest, rows)
+        if contact.adhesion is None
+        else parted(parting_from(ball, contact.adhesion.work, deepest), mass, rows)
+    )
+    m = into[1]
     course = Course(
-        time,
-        depth,
-        np.append(into[2], -back[2][-2::-1]),
-        ball.force(depth, m),
-        ball.contact_radius(depth, m),
-        jump_loss=float(ball.dissipation(np.array(deepest))),
-        deepest=rows // 2,
+        np.append(into[0], into[0][-1] + back.time),
+        np.append(into[1], back.depth),
+        np.append(into[2], back.velocity),
+        np.append(ball.force(m, m), back.force),
+        np.append(ball.contact_radius(m, m), back.radius),
+        sticks=back.sticks,
+        jump_loss=float(ball.dissipation(np.array(deepest))) + back.loss,
+        deepest=into[1].size - 1,
     )
     marks = np.unique(np.concatenate([into[1], loading.knots]))
     balance = energy_assumption(abs(work(loading, marks[marks <= deepest]) / energy - 1.0))
     events = (
         Event("touch", 0.0, 0.0),
-        Event("turning point", float(time[course.deepest]), deepest),
-        Event("separation", float(time[-1]), start),
+        Event("turning point", float(course.time[course.deepest]), deepest),
+        Event("rest" if back.sticks else "separation", float(course.time[-1]), float(course.depth[-1])),
     )
     result = interpret(request, course, solve(contact, indent(deepest)), SOURCES["johnson"], balance, events)
-    return with_numbers(result, {"sticking_speed": 0.0})
+    slowest = 0.0
+    if contact.adhesion is not None:
+        slowest = sticking_speed(ball, contact.adhesion.work, mass, loading)
+    return with_numbers(result, {"sticking_speed": slowest})
 
 
 def impacting(contact: Contact, prefix: str) -> Ball:
@@ -65,14 +80,10 @@ def impacting(contact: Contact, prefix: str) -> Ball:
     Raises
     ------
     ProblemError
-        If it adheres, or its radius grows with the rows.
+        If its radius grows with the rows.
     """
     body = contact.plastic
     assert body is not None
-    if contact.adhesion is not None:
-        raise ProblemError(
-            f"{prefix}: adhesion of a body that yields is not available in impacts; leave it out"
-        )
     if body.apparent_radius:
         raise ProblemError(
             f"{prefix}: apparent_radius needs the steps of a particle code, and an impact has none; leave it out"
@@ -126,6 +137,92 @@ def contact_time(ball: Ball, loading: Potential, mass: float, largest: float) ->
         half = depths_of_energy(potential, 0.5 * potential.along(deepest).energy, end)
         total += 0.5 * float(contact_times(potential, mass, half, deepest)[0])
     return total
+
+
+class Back(NamedTuple):
+    """Rows after the turning point; times in s count from it."""
+
+    time: FloatArray
+    depth: FloatArray
+    velocity: FloatArray
+    force: FloatArray
+    radius: FloatArray
+    loss: float = 0.0
+    """Energy in J lost by the edge and in the separation, even if the bodies stick."""
+    sticks: bool = False
+
+
+def _returned(ball: Ball, mass: float, deepest: float, rows: int) -> Back:
+    """The rebound without adhesion, as a loading that runs back."""
+    m = np.array(deepest)
+    start, returned = float(ball.residual(m)), float(ball.elastic_energy(m, m))
+    time, length, speed = _passage(unloading_from(ball, deepest), mass, returned, deepest - start, rows)
+    depth = start + length[-2::-1]
+    force, radius = ball.force(depth, m), ball.contact_radius(depth, m)
+    return Back(time[-1] - time[-2::-1], depth, -speed[-2::-1], force, radius)
+
+
+def parted(parting: Parting, mass: float, rows: int) -> Back:
+    """The rebound against adhesion, to separation or to rest on the way."""
+    low, top = parting.separation, parting.largest
+
+    def at(d: FloatArray) -> Along:
+        states = parting.states(d)
+        return Along(d, np.ones(d.shape), states.force, states.elastic_energy + states.dissipated)
+
+    potential = Potential(at, (parting.receding,))
+    energies = potential.along(np.array([low, top])).energy
+    last, total = (float(each) for each in energies)
+    bottom = float(
+        scipy.optimize.brentq(
+            lambda d: float(potential.along(np.array([d])).force[0]), low, top, xtol=1e-15 * top, rtol=1e-14
+        )
+    )
+    least = float(potential.along(np.array([bottom])).energy[0])
+    fractions = np.linspace(0.0, 1.0, max(rows // 6, 2) + 1)
+    begin = parameter_of_energy(potential, 0.5 * (total + least), bottom, top)
+    away = stop(potential, mass, total, begin, top, fractions)
+    time, depth, speed = away.time[-1] - away.time[::-1], away.parameter[::-1], away.speed[::-1]
+    parts = [(time[1:], depth[1:], speed[1:])]
+    sticks = total <= last
+    end, middle = low, low
+    if sticks:
+        end = parameter_of_energy(potential, total, low, bottom)
+        middle = parameter_of_energy(potential, 0.5 * (total + least), end, bottom)
+    on = move(potential, mass, total, begin, middle, fractions)
+    parts.append((time[-1] + on.time[1:], on.parameter[1:], on.speed[1:]))
+    if sticks:
+        rest = stop(potential, mass, total, middle, end, fractions)
+        parts.append((parts[-1][0][-1] + rest.time[1:], rest.parameter[1:], rest.speed[1:]))
+    time, depth, speed = (np.concatenate(column) for column in zip(*parts, strict=True))
+    states = parting.states(depth)
+    force, radius = states.force, states.contact_radius
+    if not sticks:  # a row after the jump to separation
+        time, depth, speed = (np.append(column, column[-1]) for column in (time, depth, speed))
+        force, radius = np.append(force, 0.0), np.append(radius, 0.0)
+    return Back(time, depth, -speed, force, radius, last, sticks)
+
+
+def sticking_speed(ball: Ball, work: float, mass: float, loading: Potential) -> float:
+    """The speed in m/s below which the bodies stick; inf if they stick at every speed of the model."""
+
+    def surplus(logarithm: float) -> float:
+        parting = parting_from(ball, work, math.exp(logarithm))
+        ends = parting.states(np.array([parting.separation, parting.largest]))
+        last, total = (ends.elastic_energy + ends.dissipated).tolist()
+        return float((total - last) / (total + last))
+
+    top = math.log(DEEPEST * ball.radius)
+    marks = np.linspace(top - _DECADES * math.log(10.0), top, 8 * _DECADES + 1)
+    values = np.array([surplus(mark) for mark in marks.tolist()])
+    parts = np.flatnonzero(values > 0.0)
+    if not parts.size:
+        return math.inf
+    first = int(parts[0])
+    if first == 0:
+        return 0.0
+    root = float(scipy.optimize.brentq(surplus, marks[first - 1], marks[first], xtol=1e-13))
+    return math.sqrt(2.0 * float(loading.along(np.array([math.exp(root)])).energy[0]) / mass)
 
 
 def _passage(

@@ -16,6 +16,7 @@ from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.validity import SOURCES, Claim
 from pymdr.line.foundation import normal_force, states_at_depth
 from pymdr.line.impact import at_many, depths_of_energy
+from pymdr.line.plastic import Ball, parting_from
 from pymdr.line.rebound import Motion, largest_force, rebound
 from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.materials import Elastic, Rigid
@@ -26,7 +27,7 @@ from pymdr.result import Result
 from pymdr.solving.colliding import Course, collide, contact_times, stopping_depths
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.impacts.interpreting import NOT_MEASURED, of_shape, slow
-from pymdr.solving.impacts.plastic import contact_time, impacting, loading_to
+from pymdr.solving.impacts.plastic import contact_time, impacting, loading_to, parted
 from pymdr.solving.impacts.request import above, coefficient_of
 from pymdr.solving.impacts.value import Restitution
 from pymdr.solving.reach import map_to_springs
@@ -179,6 +180,8 @@ def _many_elastic(contact: Contact, mass: float, speed: FloatArray) -> _Many:
 def _many_plastic(contact: Contact, mass: float, speed: FloatArray) -> _Many:
     ball = impacting(contact, "restitution")
     loading, largest = loading_to(ball, mass, speed)
+    if contact.adhesion is not None:
+        return _many_parting(contact.adhesion.work, ball, mass, speed)
 
     def followed(logarithm: FloatArray) -> FloatArray:
         _, depths = loading_to(ball, mass, np.minimum(np.exp(logarithm), speed.max()))
@@ -190,6 +193,26 @@ def _many_plastic(contact: Contact, mass: float, speed: FloatArray) -> _Many:
     e = np.sqrt(np.maximum(1.0 - loss, 0.0))
     columns = [e, time, largest, ball.force(largest, largest), ball.contact_radius(largest, largest)]
     return _Many(columns, _ALONG, SOURCES["johnson"])
+
+
+def _many_parting(work: float, ball: Ball, mass: float, speed: FloatArray) -> _Many:
+    """Each on its own: the edge recedes differently from every largest indentation."""
+    loading, largest = loading_to(ball, mass, speed)
+    columns = np.empty((len(COLUMNS), speed.size))
+    for i, deepest in enumerate(largest.tolist()):
+        m = np.array(deepest)
+        back = parted(parting_from(ball, work, deepest), mass, 12)
+        half = depths_of_energy(loading, 0.5 * loading.along(largest[i : i + 1]).energy, deepest)
+        into = 0.5 * float(contact_times(loading, mass, half, largest[i : i + 1])[0])
+        loss = (float(ball.dissipation(m)) + back.loss) / (0.5 * mass * speed[i] ** 2)
+        columns[:, i] = (
+            0.0 if back.sticks else math.sqrt(max(1.0 - loss, 0.0)),
+            math.inf if back.sticks else into + float(back.time[-1]),
+            deepest,
+            float(ball.force(m, m)),
+            float(ball.contact_radius(m, m)),
+        )
+    return _Many(list(columns), _ALONG, SOURCES["johnson"])
 
 
 def _many_adhesive(contact: Contact, mass: float, speed: FloatArray) -> _Many:
