@@ -8,12 +8,19 @@ from hypothesis import strategies as st
 from numba import njit
 
 from drawing import examples
-from pymdr.numerics.exponentials import NEVER, first_crossing
+from pymdr.compiling import call
+from pymdr.numerics.exponentials import CROSSED, NEVER, first_crossing
+
+ADDRESS = first_crossing.address(CROSSED, (0.0, 0.0), np.zeros((1, 3)), 0, 0.0)
 
 
 @njit
+def crossing_by(address, line, terms, begin):
+    return call(address, CROSSED, (line, terms, len(terms), begin))
+
+
 def crossing(line, terms, begin):
-    return first_crossing(line, terms, len(terms), begin)
+    return crossing_by(ADDRESS, line, terms, begin)
 
 
 def values(line, terms, p):

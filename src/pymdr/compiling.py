@@ -173,6 +173,7 @@ _SUBJECTS = {
     "line.rough_sliding.": "rough sliding",
     "line.soft.": "adhesion with memory",
     "mapping.": "equivalent profiles",
+    "numerics.exponentials.": "viscoelasticity",
     "problem.profiles.": "smoothing splines",
     "solving.fits.": "fits",
 }

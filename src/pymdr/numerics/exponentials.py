@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 
-from pymdr.compiling import inner
+from pymdr.compiling import Addressed, inner
 from pymdr.units import FloatArray
 
 DECAYING, GROWING, RATES = range(3)
@@ -22,6 +22,8 @@ SHORTEST = 2.0**-40
 """Width of intervals that are not halved."""
 NEVER = 2.0
 """Result for a sum without a zero."""
+CROSSED = 0.0, int(0.0)
+"""The type of what :func:`first_crossing` returns."""
 _NEWTON = 60
 _VALUE, _SLOPE, _FALLING, _RISE, _BEND, _DROP, _CURL, _SIZE = range(8)
 """Of a sum at one place: f and f'; its falling terms; f' and f'' of its rising and of its falling terms; the size of all terms."""
@@ -114,7 +116,7 @@ def _root(
     return p
 
 
-@inner
+@Addressed
 def first_crossing(
     line: tuple[float, float], terms: FloatArray, count: int, begin: float
 ) -> tuple[float, int]:

@@ -9,15 +9,16 @@ force and the gap are sums of exponentials, whose first crossing of 0 is found w
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from pymdr.compiling import Addressed, inner, uncounted
+from pymdr.compiling import Addressed, call, inner, merged, uncounted
 from pymdr.line.memory.modes import BRANCHES, FREE, REST, TURN, Modes, W
 from pymdr.line.memory.springs import Springs
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.numerics.exponentials import (
+    CROSSED,
     DECAYING,
     GROWING,
     NEVER,
@@ -81,6 +82,9 @@ class Body(NamedTuple):
     table: FloatArray
     """One row per branch and per mode."""
     known: FloatArray
+    crossing: Any
+    changes: Any
+    """Addresses of :func:`first_crossing` and :func:`_follow_changes`, 0 where springs are not released."""
 
 
 class Move(NamedTuple):
@@ -105,7 +109,12 @@ def body_of(relaxation: Relaxation, modes: Modes | None = None) -> Body:
         table[:k, BACK + size :] = modes.to_modes
     known = np.zeros(GROUP_MOVE + 1)
     known[DURATION] = math.nan
-    return Body(float(relaxation.equilibrium), float(relaxation.viscosity), n, k, table, known)
+    body = Body(float(relaxation.equilibrium), float(relaxation.viscosity), n, k, table, known, 0, 0)
+    if modes is None:
+        return body
+    crossing = first_crossing.address(CROSSED, (0.0, 0.0), table, 0, 0.0)
+    changes = _follow_changes.address(False, body, Move(0.0, 0.0, 0.0, 0.0), 0.0, 0, table, table)
+    return body._replace(crossing=crossing, changes=changes)
 
 
 def table_of(springs: Springs) -> FloatArray:
@@ -247,7 +256,7 @@ def store_spring(state: FloatArray, i: int, free: bool, w: float, rest: float, b
         state[i, BRANCHES + j] = body.table[j, column]
 
 
-@inner
+@merged
 def _next_change(
     body: Body, move: Move, done: float, free: bool, level: float, start: float
 ) -> tuple[float, int]:
@@ -268,10 +277,12 @@ def _next_change(
             table[j, DECAYING], table[j, GROWING] = table[j, H], table[j, MODULUS] * change
             table[j, RATES] = duration / table[j, RELAXING]
     value = level if free else body.equilibrium * level + move.drag
-    return first_crossing((value, -change if free else body.equilibrium * change), table, n, start)
+    line = value, -change if free else body.equilibrium * change
+    part, tried = call(body.crossing, CROSSED, (line, table, n, start))
+    return part, tried
 
 
-@inner
+@Addressed
 def _follow_changes(body: Body, move: Move, y: float, i: int, old: FloatArray, new: FloatArray) -> bool:
     """
     Move a spring that may change sides; returns whether it is free then, with its branches, or modes, at work.
@@ -395,7 +406,7 @@ def step(
                 q += after
                 least += min(before, after)
         if free or least < 0.0:
-            free = _follow_changes(body, move, y, i, old, new)
+            free = call(body.changes, False, (body, move, y, i, old, new))
             dissipated += dk * body.known[_DISSIPATED]
             work += dk * body.known[_WORK]
             parts += int(body.known[_TRIED])

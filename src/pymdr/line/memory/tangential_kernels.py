@@ -59,7 +59,7 @@ from pymdr.line.memory.kernels import (
 )
 from pymdr.line.memory.modes import BRANCHES, FREE, REST, W
 from pymdr.line.memory.row_kernels import GAP, LOAD, TURNED, copy_spring
-from pymdr.numerics.exponentials import DECAYING, GROWING, RATES, first_crossing, moments
+from pymdr.numerics.exponentials import CROSSED, DECAYING, GROWING, RATES, moments
 from pymdr.units import FloatArray
 
 FORCE, RATE, STORED, DISSIPATED, SLIP, WORK, SLID, SIZE, STICK, DISK, SHIFT = range(11)
@@ -94,15 +94,17 @@ class Shear(NamedTuple):
     friction: float
     body: Body
     own: FloatArray
+    change: Any
     step: Any
-    """The address of :func:`_step`."""
+    """Addresses of :func:`_change` and :func:`_step`."""
 
 
 def shear_of(springs: FloatArray, friction: float, body: Body) -> Shear:
     """Springs, with the address of their steps."""
-    run = Shear(springs, friction, body, np.zeros((OWN_COLUMNS, springs.shape[1])), 0)
-    none, notes, row = np.zeros((0, 0)), np.zeros((0, 0, 0)), np.zeros(0)
-    return run._replace(step=_step.address(None, run, Pressed(none, notes), 0, 0.0, 0, none, none, row))
+    run = Shear(springs, friction, body, np.zeros((OWN_COLUMNS, springs.shape[1])), 0, 0)
+    none, pressed = np.zeros((0, 0)), Pressed(np.zeros((0, 0)), np.zeros((0, 0, 0)))
+    run = run._replace(change=_change.address(0.0, run, pressed, 0, 0.0, 0, none, none))
+    return run._replace(step=_step.address(None, run, pressed, 0, 0.0, 0, none, none, np.zeros(0)))
 
 
 @inner
@@ -170,7 +172,8 @@ def _sticks(
         run.friction * loads[0] - sign * (body.equilibrium * v + drag),
         run.friction * (loads[1] - loads[0]) - sign * body.equilibrium * change,
     )
-    return min(first_crossing(line, table, body.branches, 0.0)[0], 1.0)
+    part, _ = call(body.crossing, CROSSED, (line, table, body.branches, 0.0))
+    return float(min(part, 1.0))
 
 
 @inner
@@ -223,7 +226,7 @@ def _slide(
     return v + dv
 
 
-@inner
+@Addressed
 def _change(
     run: Shear, pressed: Pressed, r: int, du: float, i: int, old: FloatArray, new: FloatArray
 ) -> float:
@@ -362,7 +365,7 @@ def _step(
         dk, q = springs[SHARE, i], own[_OWN_FORCE, i]
         own[_MARGIN, i] = math.inf
         if math.isnan(q):
-            q = _change(run, pressed, r, du, i, old, new)
+            q = call(run.change, 0.0, (run, pressed, r, du, i, old, new))
         if not math.isnan(q):
             carried, after = dk, max(notes[LOAD, r + 1, i] + given[r, DRAG], 0.0)
             if i == last:

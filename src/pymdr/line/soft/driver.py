@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from pymdr.compiling import compiled, inner, merged
+from pymdr.compiling import Addressed, call, compiled, inner, merged
 from pymdr.line.soft.equilibrium import bear, choose_nodes, excess
 from pymdr.line.soft.kernels import (
     ALPHA,
@@ -64,9 +64,22 @@ _NOISE = 0.05
 _SUMMED = 40.0
 """Nodes that energies are summed over, over the cells of the gap, and more near the edges."""
 _ROOT, _NONE, _WIDE = range(3)
+_ENERGIES = 0.0, 0.0, 0.0
+"""The type of what :func:`energies` returns."""
 
 
-@inner
+def addressed(zone: Zone) -> Zone:
+    """A zone with the addresses of the kernels that its own call."""
+    return zone._replace(
+        bear=bear.address(None, zone),
+        excess=excess.address(0.0, zone, 0.0),
+        accept=accept.address(None, zone),
+        energies=energies.address(_ENERGIES, zone),
+        find=find.address(_NONE, zone, 0.0, 0.0),
+    )
+
+
+@Addressed
 def find(zone: Zone, guess: float, bound: float) -> int:
     """
     Equilibrium at the end of a step, from a guess of c.
@@ -88,7 +101,7 @@ def find(zone: Zone, guess: float, bound: float) -> int:
         radius = end[RADIUS]
         if leap:
             choose_nodes(zone, min(radius, 0.99 * c), c)
-        f = min(excess(zone, c), 10.0)
+        f = min(call(zone.excess, 0.0, (zone, c)), 10.0)
         if abs(f) < (0.01 * _SOLVED if leap else _SOLVED):
             outcome = _ROOT
             break
@@ -146,7 +159,7 @@ def find(zone: Zone, guess: float, bound: float) -> int:
         previous, last, c = c, f, new
         end[RADIUS] = max(min(radius if end[RADIUS] == 0.0 else end[RADIUS], c * (1.0 - 1e-6)), 0.0)
     if outcome == _ROOT:
-        bear(zone)
+        call(zone.bear, None, (zone,))
     return outcome
 
 
@@ -171,7 +184,7 @@ def under_root(s0: float, s1: float, f0: float, f1: float) -> float:
     return f1 * whole + (f0 - f1) / (s0 - s1) * ((s0 * r0 - s1 * r1) / 2.5 - s1 * whole)
 
 
-@inner
+@Addressed
 def energies(zone: Zone) -> tuple[float, float, float]:
     """Energy of the springs, of the attraction, and dissipated so far, in units of the instantaneous modulus times a length cubed."""
     now, body, node = zone.now, zone.body, zone.node
@@ -243,7 +256,7 @@ def energies(zone: Zone) -> tuple[float, float, float]:
 @inner
 def potential(zone: Zone, load: float) -> float:
     """Energy of the springs, the attraction, the machine and a dead load."""
-    stored, cohesive, _ = energies(zone)
+    stored, cohesive, _ = call(zone.energies, _ENERGIES, (zone,))
     now, end = zone.now, zone.end
     machine = 0.0 if end[ALPHA] == 0.0 else 0.5 * end[BETA] * now[FORCE] ** 2
     return float(stored + cohesive + machine - load * now[DEPTH])
@@ -298,7 +311,7 @@ def fall(zone: Zone, out: FloatArray) -> int:
     load = end[CONTROL] if end[ALPHA] == 0.0 else 0.0
     was, length = potential(zone, load), c0 - now[RADIUS]
     end[RADIUS] = now[RADIUS]
-    outcome = find(zone, c0, 0.0)
+    outcome = call(zone.find, _NONE, (zone, c0, 0.0))
     if free and outcome == _NONE and end[OUTER] < 2.5 * end[SPACING]:
         return _SMALL
     if outcome == _WIDE or (free and outcome == _NONE):
@@ -312,7 +325,7 @@ def fall(zone: Zone, out: FloatArray) -> int:
     else:
         separate(zone)
         load = 0.0
-    accept(zone)
+    call(zone.accept, None, (zone,))
     if jumped:
         out[OUT_JUMPED] = 1.0
         out[OUT_LOST] += was - potential(zone, load)
@@ -389,7 +402,7 @@ def follow_rows(
             if not 0.0 <= end[RADIUS] < guess:
                 end[RADIUS], guess = a, c
             choose_nodes(zone, end[RADIUS], guess)
-            solved = find(zone, guess, limits[LARGEST] * whole) == _ROOT
+            solved = call(zone.find, _NONE, (zone, guess, limits[LARGEST] * whole)) == _ROOT
             missed = abs(end[OUTER] - guess)
             if solved:
                 room = limits[MISSED] * whole + _NOISE * h
@@ -405,7 +418,7 @@ def follow_rows(
             out[row, OUT_WORK] += 0.5 * (force + end[FORCE]) * (end[DEPTH] - d)
             if end[ALPHA] > 0.0:
                 out[row, OUT_WORK] += 0.5 * end[BETA] * (end[FORCE] ** 2 - force**2)
-            accept(zone)
+            call(zone.accept, None, (zone,))
             if halvings == 0 and (not known or missed < 0.3 * limits[MISSED] * whole):
                 wanted = max(wanted, 1.6 * length)
             else:
@@ -414,6 +427,8 @@ def follow_rows(
         now[TIME] = stop
         for i in range(FORCE + 1):
             out[row, i] = now[i]
-        out[row, OUT_STORED], out[row, OUT_COHESIVE], out[row, OUT_SPENT] = energies(zone)
+        out[row, OUT_STORED], out[row, OUT_COHESIVE], out[row, OUT_SPENT] = call(
+            zone.energies, _ENERGIES, (zone,)
+        )
     pace[WANTED], pace[RATE_A], pace[RATE_C], pace[KNOWN] = wanted, rate_a, rate_c, 1.0 if known else 0.0
     return DONE

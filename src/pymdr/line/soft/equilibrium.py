@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from pymdr.compiling import inner, merged
+from pymdr.compiling import Addressed, call, inner, merged
 from pymdr.line.soft.kernels import (
     ALPHA,
     BEFORE,
@@ -135,7 +135,7 @@ def sum_deviations(zone: Zone) -> None:
             after[SQUARES, j] *= room[FADE, j] ** 2
 
 
-@inner
+@Addressed
 def bear(zone: Zone) -> None:
     """The force at the end of a step whose radii and depth are known."""
     end, body = zone.end, zone.body
@@ -195,7 +195,7 @@ def edge_at(zone: Zone, a1: float, advancing: bool) -> float:
     end[DEPTH] = d1
     if end[BETA] == 0.0:
         return float(end[ALPHA] * d1 - end[CONTROL])
-    bear(zone)
+    call(zone.bear, None, (zone,))
     return float(end[ALPHA] * d1 + end[BETA] * end[FORCE] - end[CONTROL])
 
 
@@ -322,7 +322,7 @@ def over_zone(zone: Zone, count: int, c: float) -> float:
     return total
 
 
-@inner
+@Addressed
 def excess(zone: Zone, c: float) -> float:
     """Gap at c at the end of a step over the range of the stress, less 1, with the contact radius under the control."""
     end, body, room, after = zone.end, zone.body, zone.room, zone.after

@@ -10,12 +10,12 @@ time at which they were last in motion: beyond the zone both only decay.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from pymdr.compiling import inner, merged
+from pymdr.compiling import Addressed, inner, merged
 from pymdr.units import FloatArray
 
 TIME, RADIUS, OUTER, DEPTH, FORCE, COUNT, SPENT = range(7)
@@ -61,6 +61,12 @@ class Zone(NamedTuple):
     """(2, nodes) sqrt(c - x) in the zone and the gap there but for the stress."""
     chosen: npt.NDArray[np.int64]
     """(nodes,) nodes of the zone by which the gap is integrated, from c inward."""
+    bear: Any = 0
+    excess: Any = 0
+    accept: Any = 0
+    energies: Any = 0
+    find: Any = 0
+    """Addresses of what is long and called in several places."""
 
 
 @inner
@@ -368,7 +374,7 @@ def spent_at_edge(zone: Zone) -> float:
     return total
 
 
-@inner
+@Addressed
 def accept(zone: Zone) -> None:
     """Make the end of a step the state."""
     now, end, node = zone.now, zone.end, zone.node

@@ -234,12 +234,13 @@ class ZoneSprings:
         spans = np.zeros((time.size - 1, 2))
         spans[:, 1] = np.diff(time)
         scaled = control.astype(float) / (load if by_force else self._unit)
+        zone = driver.addressed(self._zone)
         for row, span in enumerate(spans):
             # times count from the start of the row: a long wait would leave no digits to short steps
-            self._zone.node[:, -1] -= now[kernels.TIME]
+            zone.node[:, -1] -= now[kernels.TIME]
             now[kernels.TIME] = 0.0
             both = scaled[row : row + 2], out[row : row + 1]
-            end = driver.follow_rows(self._zone, self._limits, self._pace, span, *both)
+            end = driver.follow_rows(zone, self._limits, self._pace, span, *both)
             if end != driver.DONE:
                 why = (
                     "its zone becomes wider than the grid of springs allows"
