@@ -19,13 +19,7 @@ from pymdr.interpretation.disks import (
 )
 from pymdr.interpretation.layers import first_fault
 from pymdr.interpretation.theories import theory_of
-from pymdr.interpretation.validity import (
-    NORMAL_FIELDS,
-    Assumption,
-    BoolArray,
-    Claim,
-    Level,
-)
+from pymdr.interpretation.validity import NORMAL_FIELDS, Assumption, BoolArray, Claim, Level
 from pymdr.line.adhesion.short_range import jkr_opening
 from pymdr.line.curves import ElasticLine, Line
 from pymdr.line.layered import LayeredLine

@@ -110,10 +110,7 @@ def closure_claims(
 
 
 def _of_curve(
-    claim: Claim,
-    errors: tuple[FloatArray, FloatArray],
-    remembered: BoolArray | None,
-    known: BoolArray | bool,
+    claim: Claim, errors: tuple[FloatArray, FloatArray], remembered: BoolArray | None, known: BoolArray | bool
 ) -> Claim:
     """The claim of a law for a contact given by its force curve, valid where the errors of the curve and of its points are below 1."""
     error, given = errors

@@ -147,8 +147,5 @@ def similarity_assumption(dundurs_beta: float, friction: float) -> Assumption:
     """The assumption of elastic similarity in a contact with friction."""
     coupled = 0.0 if friction == 0.0 else abs(dundurs_beta)
     return Assumption(
-        "elastic similarity",
-        "Dundurs' beta; friction couples pressure and shear",
-        coupled,
-        _SIMILAR,
+        "elastic similarity", "Dundurs' beta; friction couples pressure and shear", coupled, _SIMILAR
     )

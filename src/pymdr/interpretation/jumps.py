@@ -274,10 +274,7 @@ def _nodes(history: History, events: FloatArray, k: float) -> FloatArray:
 
 
 def _trail(
-    equilibria: Equilibria,
-    nodes: FloatArray,
-    rows: Mapping[str, FloatArray],
-    machine_stiffness: float | None,
+    equilibria: Equilibria, nodes: FloatArray, rows: Mapping[str, FloatArray], machine_stiffness: float | None
 ) -> dict[str, FloatArray]:
     """Quantities at the nodes and between nodes on one branch."""
     between = max(_TRAIL // rows["indentation"].size, 1)

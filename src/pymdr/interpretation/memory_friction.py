@@ -276,11 +276,7 @@ def sheared_errors(surface: ShearedSurface, size: int) -> dict[str, FloatArray]:
         shift = float(surface.shift[row])
         moved = [displacement(state, r) for state in both]
         values = [
-            (
-                surface_load(state, r) * (far_from_edge(both[0], r) if a > 0.0 else 1.0),
-                u,
-                shift - u,
-            )
+            (surface_load(state, r) * (far_from_edge(both[0], r) if a > 0.0 else 1.0), u, shift - u)
             for state, u in zip(both, moved, strict=True)
         ]
         for name, fine, coarse in zip(errors, *values, strict=True):

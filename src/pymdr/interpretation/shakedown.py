@@ -112,13 +112,7 @@ def _scaled(bound: Bound, radius: float) -> Bound:
     return bound._replace(y=bound.y * radius, z=bound.z * radius)
 
 
-def _largest(
-    stresses: Stresses,
-    measure: Measure,
-    x: FloatArray,
-    y: FloatArray,
-    depths: FloatArray,
-) -> Bound:
+def _largest(stresses: Stresses, measure: Measure, x: FloatArray, y: FloatArray, depths: FloatArray) -> Bound:
     """The largest value over depths, on nets that are refined around the points that carry it."""
     from scipy.optimize import minimize_scalar
 

@@ -284,9 +284,6 @@ def shape_assumptions(steepest: float, largest: float, dundurs_beta: float) -> t
     slope = Assumption("small slope", "largest slope of the body in the contact", steepest, _SMALL_SLOPE)
     ratio = Assumption("half-space", "semi-axis over radius of curvature a/R", largest, 0.3)
     similar = Assumption(
-        "elastic similarity",
-        "Dundurs' beta; affects the pressure only with friction",
-        abs(dundurs_beta),
-        0.5,
+        "elastic similarity", "Dundurs' beta; affects the pressure only with friction", abs(dundurs_beta), 0.5
     )
     return (slope, similar) if math.isnan(largest) else (slope, ratio, similar)

@@ -75,10 +75,7 @@ def friction_error(
             everywhere.shape, _TWICE
         ), "sliding is slow, so the friction of the springs is twice that of the surface"
     if prescribed != "normal_force":
-        return (
-            None,
-            "the error at a given indentation is unknown: a ratio up to three was measured",
-        )
+        return (None, "the error at a given indentation is unknown: a ratio up to three was measured")
     exponent = 2.0 if isinstance(profile, Paraboloid | Sphere) else 1.0 if isinstance(profile, Cone) else None
     exponent = profile.exponent if isinstance(profile, PowerLaw) else exponent
     if exponent is None or not _EXPONENTS[0] <= exponent <= _EXPONENTS[1]:

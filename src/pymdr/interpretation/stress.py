@@ -82,12 +82,7 @@ class Loads(NamedTuple):
 
 
 def line_load(
-    line: ElasticLine,
-    contact: Place,
-    excess: float,
-    *,
-    zone: float = 0.0,
-    strength: float = 0.0,
+    line: ElasticLine, contact: Place, excess: float, *, zone: float = 0.0, strength: float = 0.0
 ) -> LineLoad:
     """
     The load q = E* (d - g) of a contact, with that of a cohesive zone.

@@ -104,11 +104,7 @@ def shear_traction(line: ElasticLine, state: FrictionState, r: ArrayLike) -> Flo
 
 
 def _summed(
-    line: ElasticLine,
-    places: Place,
-    a: FloatArray,
-    weight: FloatArray,
-    radius: FloatArray,
+    line: ElasticLine, places: Place, a: FloatArray, weight: FloatArray, radius: FloatArray
 ) -> FloatArray | None:
     """The weighted sum of the regular pressures of many disks; None where their integrals cannot be resolved."""
     total = np.zeros(radius.shape)

@@ -632,8 +632,7 @@ class Result:
             if x in self.data and y in self.data and self.data[x].ndim == self.data[y].ndim == 1
         )
         write_atomically(
-            target,
-            lambda temporary: animated_stress(interiors, (name, superposed), rows, history, temporary),
+            target, lambda temporary: animated_stress(interiors, (name, superposed), rows, history, temporary)
         )
 
     @with_options(Inside)

@@ -306,10 +306,7 @@ def _friction_notes(columns: dict[str, FloatArray]) -> tuple[str, ...]:
 
 
 def _stiffnesses(
-    shift: FloatArray,
-    force: FloatArray,
-    spans: list[slice],
-    progress: Callable[[int, int], None] | None,
+    shift: FloatArray, force: FloatArray, spans: list[slice], progress: Callable[[int, int], None] | None
 ) -> FloatArray:
     """The tangential stiffness of every cycle in N/m."""
     stiffness = np.empty(len(spans))

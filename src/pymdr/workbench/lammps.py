@@ -32,8 +32,7 @@ _BODY = Elastic(_YOUNG, _POISSON)
 _ROUND = Contact(Paraboloid(_BALL.radius), _BODY, _BODY)
 _SLIDING = Contact(_ROUND.profile, _BODY, _BODY, friction=Coulomb(_FRICTION))
 _YIELDING = Contact(
-    Sphere(_BALL.radius),
-    ElasticPlastic(_YOUNG, _POISSON, _STRENGTH, apparent_radius=True, wall_factor=True),
+    Sphere(_BALL.radius), ElasticPlastic(_YOUNG, _POISSON, _STRENGTH, apparent_radius=True, wall_factor=True)
 )
 # an impact has no steps over which a particle code averages the growth of the radius
 _REBOUNDING = Contact(_YIELDING.profile, ElasticPlastic(_YOUNG, _POISSON, _STRENGTH, wall_factor=True))
@@ -174,13 +173,7 @@ def bench_lammps(progress: Callable[[int, int], None] | None = None) -> LammpsCo
     rows, curves = [], {}
     for i, case in enumerate(cases, 1):
         row, pair = _followed(program, case) if isinstance(case, _History) else _flown(program, case)
-        rows.append(
-            {
-                "case": case.name,
-                "model": _short(case.model),
-                **row,
-            }
-        )
+        rows.append({"case": case.name, "model": _short(case.model), **row})
         if not case.series or all(case.series != other.series for other in cases[: i - 1]):
             curves[case.name] = pair
         if progress is not None:

@@ -345,10 +345,7 @@ def _tractions(mdr: Result, other: SlidingSolution) -> xr.Dataset:
     r = np.hypot(other.x[middle:], other.x[middle])
     tau = mdr.field("shear_traction", r=r, step=-1).values
     return xr.Dataset(
-        {
-            "mdr": ("r", tau, {"units": "Pa"}),
-            "grid": ("r", other.q_x[middle:, middle], {"units": "Pa"}),
-        },
+        {"mdr": ("r", tau, {"units": "Pa"}), "grid": ("r", other.q_x[middle:, middle], {"units": "Pa"})},
         coords={"r": ("r", r, {"units": "m"})},
         attrs={"infinite": infinite_in(mdr, mdr.data.sizes["step"] - 1)},
     )

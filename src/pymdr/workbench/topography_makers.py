@@ -129,8 +129,7 @@ def of_maker(source: Path, content: bytes, channel: int | str | None) -> Read:
     if chosen.dim != 2:
         maps = _names([c for c in channels if c.dim == 2])
         words = refusal_of_line(
-            source,
-            f"channel {chosen.index} {chosen.name!r} is a line scan of {chosen.nb_grid_pts[0]} points",
+            source, f"channel {chosen.index} {chosen.name!r} is a line scan of {chosen.nb_grid_pts[0]} points"
         )
         raise CaseError(f"{words}{f'. Channels with maps are {maps}' if maps else ''}")
     lateral = own[0] if isinstance(own, tuple) else own

@@ -12,14 +12,7 @@ from typing import Any
 import numpy as np
 
 from pymdr.errors import CaseError, FileError, PymdrError
-from pymdr.explore.model.choice import (
-    PARTS,
-    Choice,
-    Plain,
-    chosen,
-    short_text,
-    with_entry,
-)
+from pymdr.explore.model.choice import PARTS, Choice, Plain, chosen, short_text, with_entry
 from pymdr.problem.codec import tables
 from pymdr.problem.schedule import Progress
 from pymdr.result import Result

@@ -7,13 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from pymdr.explore.model.choice import (
-    Choice,
-    ordered,
-    short_text,
-    with_length,
-    with_path,
-)
+from pymdr.explore.model.choice import Choice, ordered, short_text, with_length, with_path
 from pymdr.quantities import QUANTITIES
 from pymdr.units import to_si
 

@@ -5,15 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from pymdr.explore.model.choice import (
-    Choice,
-    Place,
-    number,
-    quantities,
-    short_text,
-    value_at,
-    with_entry,
-)
+from pymdr.explore.model.choice import Choice, Place, number, quantities, short_text, value_at, with_entry
 from pymdr.problem.paths import CHANNELS
 from pymdr.quantities import QUANTITIES
 from pymdr.units import to_si

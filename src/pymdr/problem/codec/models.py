@@ -39,12 +39,7 @@ if TYPE_CHECKING:
     from pydantic import BaseModel, TypeAdapter
 
 
-FILE_KEYS = {
-    "sampled": ("file",),
-    "force_curve": ("file",),
-    "prony": ("file",),
-    "path": ("file", "channels"),
-}
+FILE_KEYS = {"sampled": ("file",), "force_curve": ("file",), "prony": ("file",), "path": ("file", "channels")}
 """Keys of case files that replace the arrays of a kind by columns of a file."""
 
 _NOT_IN_FILES = {"force_curve": ("modulus",)}

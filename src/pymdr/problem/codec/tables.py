@@ -95,12 +95,7 @@ RHEOLOGIES: dict[str, type] = {
     "power_law_rheology": PowerLawRheology,
 }
 
-ADHESION: dict[str, type] = {
-    "jkr": JKR,
-    "maugis_dugdale": MaugisDugdale,
-    "dmt": DMT,
-    "capillary": Capillary,
-}
+ADHESION: dict[str, type] = {"jkr": JKR, "maugis_dugdale": MaugisDugdale, "dmt": DMT, "capillary": Capillary}
 
 FRICTION: dict[str, type] = {"coulomb": Coulomb}
 

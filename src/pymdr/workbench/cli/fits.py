@@ -66,8 +66,7 @@ def fit(
     sensitivity: Sensitivity = None,
     leave_out_missing: LeaveOut = False,
     contact_point: Annotated[
-        str | None,
-        typer.Option(help="Contact point in the record; fitted by default."),
+        str | None, typer.Option(help="Contact point in the record; fitted by default.")
     ] = None,
     shift_origin: Annotated[
         str | None,
@@ -84,8 +83,7 @@ def fit(
     ] = None,
     uncertainty: Uncertainties = None,
     over_indentation: Annotated[
-        int | None,
-        typer.Option(min=2, help="Number of growing fit ranges; writes the parameters over them."),
+        int | None, typer.Option(min=2, help="Number of growing fit ranges; writes the parameters over them.")
     ] = None,
     segment: FitSegment = None,
     keep_signs: KeepSigns = False,
@@ -311,12 +309,7 @@ def _over_indentation(
 
 
 def _read(
-    files: Sequence[Path],
-    options: dict[str, Any],
-    segment: str | None,
-    whole: bool,
-    *,
-    keep_signs: bool,
+    files: Sequence[Path], options: dict[str, Any], segment: str | None, whole: bool, *, keep_signs: bool
 ) -> list[MeasuredCurve] | xr.Dataset | Path:
     """Curves of one contact, or a map as a dataset or the folder of its store."""
     from pymdr.errors import ProblemError

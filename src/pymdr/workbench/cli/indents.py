@@ -47,8 +47,7 @@ AreaTable = Annotated[
     Path | None, typer.Option(help="Instead of coefficients: CSV of contact depth and area.")
 ]
 Reference = Annotated[
-    list[str] | None,
-    typer.Option(help="Indent in fused silica, to calibrate area and frame; repeatable."),
+    list[str] | None, typer.Option(help="Indent in fused silica, to calibrate area and frame; repeatable.")
 ]
 Terms = Annotated[int, typer.Option(help="Number of coefficients of the calibrated area function.")]
 Frame = Annotated[str | None, typer.Option(help="Compliance of the frame, such as '0.3 nm/mN'.")]
@@ -58,8 +57,7 @@ Poisson = Annotated[float | None, typer.Option(help="Poisson's ratio of the samp
 Beta = Annotated[float, typer.Option(help="Beta of the power law; 1.034 for Berkovich tips.")]
 Drift = Annotated[bool, typer.Option("--drift", help="Subtract the thermal drift measured in a hold.")]
 Hold = Annotated[
-    str | None,
-    typer.Option(help="Start and end of the hold, such as '60 s to 90 s'; detected by default."),
+    str | None, typer.Option(help="Start and end of the hold, such as '60 s to 90 s'; detected by default.")
 ]
 Settle = Annotated[float, typer.Option(help="Fraction of the hold left out at its start.")]
 

@@ -27,12 +27,10 @@ def law(
         typer.Option(help="Springs of bodies with memory, or with --tangential of friction in the plane."),
     ] = None,
     name: Annotated[
-        str | None,
-        typer.Option(help="Prefix of files and C names; by default the name of the case."),
+        str | None, typer.Option(help="Prefix of files and C names; by default the name of the case.")
     ] = None,
     output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", metavar="DIR", help="Output folder; by default CASE."),
+        Path | None, typer.Option("-o", "--output", metavar="DIR", help="Output folder; by default CASE.")
     ] = None,
     xlsx: Annotated[bool, typer.Option("--xlsx", help="Write the table as a spreadsheet too.")] = False,
     quiet: Quiet = False,
@@ -64,12 +62,10 @@ def table(
         Path, typer.Option("-o", "--output", metavar="FILE", help="Table to write (.csv or .xlsx).")
     ],
     quantity: Annotated[
-        list[str] | None,
-        typer.Option(help="Quantity to write, such as normal_force; by default all."),
+        list[str] | None, typer.Option(help="Quantity to write, such as normal_force; by default all.")
     ] = None,
     unit: Annotated[
-        list[str] | None,
-        typer.Option(help="Unit other than SI, such as indentation=um; repeatable."),
+        list[str] | None, typer.Option(help="Unit other than SI, such as indentation=um; repeatable.")
     ] = None,
     quiet: Quiet = False,
     as_json: Json = False,

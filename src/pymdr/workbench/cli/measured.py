@@ -164,8 +164,7 @@ def topography(
         ),
     ] = None,
     tip_radius: Annotated[
-        str | None,
-        typer.Option(help="Radius of the measuring tip; waves it did not resolve are left out."),
+        str | None, typer.Option(help="Radius of the measuring tip; waves it did not resolve are left out.")
     ] = None,
     periodic: Annotated[
         bool, typer.Option("--periodic", help="The patch is one period of the surface.")

@@ -30,10 +30,7 @@ Table = Annotated[
         help="Folder for a table and a figure; by default nothing is written.",
     ),
 ]
-Points = Annotated[
-    int | None,
-    typer.Option(help="Total number of values, log-spaced between the two given."),
-]
+Points = Annotated[int | None, typer.Option(help="Total number of values, log-spaced between the two given.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only errors.")]
 KeepSigns = Annotated[
     bool,
@@ -51,16 +48,11 @@ ReportFile = Annotated[
 
 Cluster = Annotated[
     str | None,
-    typer.Option(
-        metavar="ADDRESS",
-        help="A dask scheduler instead of --workers, such as tcp://node:8786.",
-    ),
+    typer.Option(metavar="ADDRESS", help="A dask scheduler instead of --workers, such as tcp://node:8786."),
 ]
 Sensitivity = Annotated[
     str | None,
-    typer.Option(
-        help="Sensitivity of a deflection in V, such as '50 nm/V'; fit: or '50 nm/V +- 5 %'.",
-    ),
+    typer.Option(help="Sensitivity of a deflection in V, such as '50 nm/V'; fit: or '50 nm/V +- 5 %'."),
 ]
 Uncertainties = Annotated[
     list[str] | None,

@@ -51,13 +51,7 @@ def schema(
     of_machine: Annotated[bool, typer.Option("--machine", help="Schema of cases for pymdr move.")] = False,
 ) -> None:
     """Print the JSON schema of case files."""
-    from pymdr.problem.codec import (
-        case_schema,
-        import_plugins,
-        machine_adapter,
-        press_adapter,
-        rough_adapter,
-    )
+    from pymdr.problem.codec import case_schema, import_plugins, machine_adapter, press_adapter, rough_adapter
 
     wanted = ((of_rough, rough_adapter), (of_press, press_adapter), (of_machine, machine_adapter))
     adapters = [adapter for is_wanted, adapter in wanted if is_wanted]

@@ -192,9 +192,7 @@ def fatigue(
     case: CaseFile,
     criterion: Annotated[
         str,
-        typer.Option(
-            help="dang-van, findley, fatemi-socie, smith-watson-topper, ruiz-work or ruiz-damage.",
-        ),
+        typer.Option(help="dang-van, findley, fatemi-socie, smith-watson-topper, ruiz-work or ruiz-damage."),
     ],
     slope: Annotated[
         str | None,
@@ -299,8 +297,7 @@ def heat(
 def wear(
     case: CaseFile,
     coefficient: Annotated[
-        str,
-        typer.Option(help="Wear coefficient, such as '1e-6 mm^3/(N m)', for energy '1e-6 mm^3/J'."),
+        str, typer.Option(help="Wear coefficient, such as '1e-6 mm^3/(N m)', for energy '1e-6 mm^3/J'.")
     ],
     cycles: Annotated[
         list[str], typer.Option(help="Number of cycles, or the numbers at which rows are wanted.")

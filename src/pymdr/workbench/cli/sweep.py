@@ -35,8 +35,7 @@ def sweep(
         typer.Option(help="Parameter with values, such as 'body.young = 1 MPa, 2 MPa'; repeatable."),
     ],
     points: Annotated[
-        int | None,
-        typer.Option(help="Total number of values, log-spaced between the two given."),
+        int | None, typer.Option(help="Total number of values, log-spaced between the two given.")
     ] = None,
     quantity: Annotated[
         list[str] | None, typer.Option(help="Quantity to keep, such as normal_force; by default all.")

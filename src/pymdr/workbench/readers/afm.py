@@ -35,11 +35,7 @@ def read(source: Path, calibration: Calibration) -> list[ForceRecord]:
     afmformats = _afmformats(source)
     from afmformats.meta import MetaDataMissingError
 
-    broken = (
-        Exception,
-        afmformats.errors.AFMFileFormatError,
-        MetaDataMissingError,
-    )
+    broken = (Exception, afmformats.errors.AFMFileFormatError, MetaDataMissingError)
     maker = maker_of(source)
     if source.suffix.lower() in _TEXTS:
         lines = read_measured_text(source, _LARGEST, "force curve").split("\n")
