@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,12 +14,8 @@ from pymdr.presentation.plot.section import graded_inside, section, section_into
 from pymdr.quantities import QUANTITIES, RADIUS
 from pymdr.units import FloatArray, good_unit
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
-
-def adhesive_overview(data: draw.FigureData) -> Figure:
+def adhesive_overview(data: draw.FigureData) -> draw.Figure:
     """The contact in section, its force loop, and its pressure, in one figure."""
     with draw.new_figure(10.4, 6.2) as figure:
         if data.field is None:
@@ -34,7 +29,7 @@ def adhesive_overview(data: draw.FigureData) -> Figure:
     return figure
 
 
-def adhesive_figures(data: draw.FigureData) -> dict[str, Figure]:
+def adhesive_figures(data: draw.FigureData) -> dict[str, draw.Figure]:
     """
     The figures of a contact with adhesion by name.
 
@@ -55,7 +50,7 @@ def adhesive_figures(data: draw.FigureData) -> dict[str, Figure]:
     return {"section": section(data), "loop": loop, "radius": radius, "fields": adhesive_fields(data), **own}
 
 
-def adhesive_fields(data: draw.FigureData) -> Figure:
+def adhesive_fields(data: draw.FigureData) -> draw.Figure:
     """The pressure with the tension at its edge, and both deformed surfaces."""
     with draw.new_figure(9.6, 3.8) as figure:
         left, right = figure.subplots(1, 2)
@@ -68,7 +63,7 @@ def _abscissas(data: draw.FigureData) -> list[str]:
     return ["travel", "indentation"] if "travel" in data.data else ["indentation"]
 
 
-def draw_tensile_pressure(axes: Axes, data: draw.FigureData) -> None:
+def draw_tensile_pressure(axes: draw.Axes, data: draw.FigureData) -> None:
     """Pressure over the radius with the tension at its edge, cut where it is infinite."""
     if data.field is None:
         draw.show_refusal(axes, data)
@@ -132,7 +127,7 @@ def _pressure_limits(p: FloatArray, inside: BoolArray, *, finite: bool) -> tuple
     return low - margin, high + 1.5 * margin
 
 
-def _draw_surfaces(axes: Axes, data: draw.FigureData) -> None:
+def _draw_surfaces(axes: draw.Axes, data: draw.FigureData) -> None:
     """Both deformed surfaces and the gap between them."""
     if data.field is None:
         draw.show_refusal(axes, data)

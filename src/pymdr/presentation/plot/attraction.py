@@ -13,8 +13,6 @@ from pymdr.units import FloatArray, good_unit
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 
 _LINES: Mapping[str, Any] = {
@@ -27,7 +25,9 @@ _LINES: Mapping[str, Any] = {
 _LABELS = {"MaugisDugdale": "Maugis-Dugdale"}
 
 
-def pull_off_figure(curve: Mapping[str, FloatArray], data: xr.Dataset, label: str = "equilibria") -> Figure:
+def pull_off_figure(
+    curve: Mapping[str, FloatArray], data: xr.Dataset, label: str = "equilibria"
+) -> draw.Figure:
     """
     Force against indentation of all equilibria, with the pull-off and the state after the jump into contact.
 
@@ -65,7 +65,7 @@ def compared_laws(
     curves: Mapping[str, Mapping[str, FloatArray]],
     pull_off_force: Mapping[str, float],
     pressures: Mapping[str, xr.DataArray],
-) -> Figure:
+) -> draw.Figure:
     """
     Force against indentation, and the pressure of the unloaded contact, under several laws of adhesion.
 
@@ -89,7 +89,7 @@ def compared_laws(
 
 
 def _draw_equilibria(
-    axes: Axes, curves: Mapping[str, Mapping[str, FloatArray]], pull_off_force: Mapping[str, float]
+    axes: draw.Axes, curves: Mapping[str, Mapping[str, FloatArray]], pull_off_force: Mapping[str, float]
 ) -> None:
     depths, forces = ([curve[name] for curve in curves.values()] for name in ("indentation", "normal_force"))
     x_unit = good_unit(np.concatenate(depths), "m")
@@ -101,7 +101,7 @@ def _draw_equilibria(
     axes.set(xlabel=draw.axis_label("indentation", x_unit), ylabel=draw.axis_label("normal_force", unit))
 
 
-def _draw_pressures(axes: Axes, pressures: Mapping[str, xr.DataArray], pull: float | None) -> None:
+def _draw_pressures(axes: draw.Axes, pressures: Mapping[str, xr.DataArray], pull: float | None) -> None:
     """Pressures by law; the pull of DMT in N, outside the contact, is given in its label."""
     known = [p.values[np.isfinite(p.values)] for p in pressures.values()]
     bounded = [p.values for p in pressures.values() if float(p["edge_amplitude"]) == 0.0]

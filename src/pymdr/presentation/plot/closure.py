@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pymdr.presentation.plot import shared as draw
 from pymdr.quantities import POSITION
 from pymdr.units import FloatArray, good_unit
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +29,7 @@ class CurveData:
     """Whether the bodies are viscoelastic, so that rows deviate from the curve."""
 
 
-def closure_overview(data: draw.FigureData, curve: CurveData) -> Figure:
+def closure_overview(data: draw.FigureData, curve: CurveData) -> draw.Figure:
     """The force curve with its points, its stiffness, its line, and the solved path."""
     with draw.new_figure(9.6, 6.4) as figure:
         force, stiffness, line, solved = figure.subplots(2, 2).ravel()
@@ -45,7 +40,7 @@ def closure_overview(data: draw.FigureData, curve: CurveData) -> Figure:
     return figure
 
 
-def closure_figures(data: draw.FigureData, curve: CurveData) -> dict[str, Figure]:
+def closure_figures(data: draw.FigureData, curve: CurveData) -> dict[str, draw.Figure]:
     """``curve``, ``line`` and ``history``."""
     with draw.new_figure(9.6, 3.4) as first:
         force, stiffness = first.subplots(1, 2)
@@ -57,7 +52,7 @@ def closure_figures(data: draw.FigureData, curve: CurveData) -> dict[str, Figure
     return {"curve": first, "line": second, "history": third}
 
 
-def draw_points(axes: Axes, data: draw.FigureData, curve: CurveData) -> None:
+def draw_points(axes: draw.Axes, data: draw.FigureData, curve: CurveData) -> None:
     """Points, the curve through them, and the rows."""
     d_unit, f_unit = good_unit(curve.depth, "m"), good_unit(curve.force, "N")
     d, force = curve.points
@@ -80,7 +75,7 @@ def draw_points(axes: Axes, data: draw.FigureData, curve: CurveData) -> None:
     draw.legend_above(axes)
 
 
-def draw_stiffness(axes: Axes, curve: CurveData) -> None:
+def draw_stiffness(axes: draw.Axes, curve: CurveData) -> None:
     """The stiffness, which does not decrease."""
     d_unit, k_unit = good_unit(curve.depth, "m"), good_unit(curve.stiffness, "N/m")
     axes.plot(
@@ -94,7 +89,7 @@ def draw_stiffness(axes: Axes, curve: CurveData) -> None:
     axes.set_ylim(bottom=0.0)
 
 
-def draw_line(axes: Axes, curve: CurveData) -> None:
+def draw_line(axes: draw.Axes, curve: CurveData) -> None:
     """The line, which is not a picture of the contact."""
     x, g = curve.line
     x_unit, g_unit = good_unit(x, "m"), good_unit(g, "m")
@@ -104,7 +99,7 @@ def draw_line(axes: Axes, curve: CurveData) -> None:
     axes.set(xlabel=f"{POSITION.label} ({x_unit})", ylabel=draw.axis_label("equivalent_profile", g_unit))
 
 
-def draw_solved(axes: Axes, data: draw.FigureData) -> None:
+def draw_solved(axes: draw.Axes, data: draw.FigureData) -> None:
     """Tangential force over shift, or force over the history."""
     if "tangential_force" in data.data and np.ptp(np.nan_to_num(data.data["shift"].values)) > 0.0:
         across, name = "shift", "tangential_force"

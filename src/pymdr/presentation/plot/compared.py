@@ -14,8 +14,6 @@ from pymdr.units import from_si, good_unit
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _ROUNDING = float(np.finfo(float).eps)
 """Smallest relative difference that is drawn."""
@@ -23,7 +21,7 @@ _ROUNDING = float(np.finfo(float).eps)
 
 def compared_pressures(
     pressures: xr.Dataset, history: xr.Dataset | None = None, stress: xr.Dataset | None = None
-) -> Figure:
+) -> draw.Figure:
     """
     Pressure by the method and by rings over the radius, with their difference below; with memory also the history.
 
@@ -52,7 +50,7 @@ def compared_pressures(
     return figure
 
 
-def _draw_pressures(upper: Axes, lower: Axes, pressures: xr.Dataset) -> None:
+def _draw_pressures(upper: draw.Axes, lower: draw.Axes, pressures: xr.Dataset) -> None:
     """Both pressures, and below them their difference."""
     r = pressures["r"].values
     mdr, rings = (pressures[name].values for name in ("mdr", "rings"))
@@ -75,7 +73,7 @@ def _draw_pressures(upper: Axes, lower: Axes, pressures: xr.Dataset) -> None:
     draw.legend_above(upper)
 
 
-def _draw_stresses(upper: Axes, lower: Axes, stress: xr.Dataset) -> None:
+def _draw_stresses(upper: draw.Axes, lower: draw.Axes, stress: xr.Dataset) -> None:
     """Components of the stress over the depth by the method and by point loads, and below them their differences over the largest stress."""
     unit = good_unit(stress["curve"].values, "Pa")
     z_unit = good_unit(stress["depth"].values, "m")
@@ -109,7 +107,7 @@ def _draw_stresses(upper: Axes, lower: Axes, stress: xr.Dataset) -> None:
     draw.legend_above(upper)
 
 
-def _draw_histories(axes: Axes, history: xr.Dataset, name: str) -> None:
+def _draw_histories(axes: draw.Axes, history: xr.Dataset, name: str) -> None:
     """Both solutions over time."""
     time, mdr, rings = (history[column].values for column in ("time", f"{name}_mdr", f"{name}_rings"))
     x = from_si(time, "s", good_unit(time, "s"))
@@ -124,7 +122,7 @@ def compared_shape(
     pressures: xr.DataArray | None,
     hertz: Mapping[str, xr.DataArray],
     axes: tuple[float, float] | None,
-) -> Figure:
+) -> draw.Figure:
     """
     Pressures by boundary elements on a plan, those along both axes, and the force over the indentation.
 
@@ -176,7 +174,7 @@ def _apex(pressures: xr.DataArray, axis: str) -> float:
 
 
 def _draw_cuts(
-    panel: Axes, pressures: xr.DataArray, hertz: Mapping[str, xr.DataArray], unit: str, p_unit: str
+    panel: draw.Axes, pressures: xr.DataArray, hertz: Mapping[str, xr.DataArray], unit: str, p_unit: str
 ) -> None:
     """Pressures along both axes through the apex."""
     for axis, other, colour in (("x", "y", draw.BLUE), ("y", "x", draw.ORANGE)):
@@ -200,7 +198,7 @@ def _draw_cuts(
     draw.legend_above(panel)
 
 
-def _draw_forces(panel: Axes, table: xr.Dataset) -> None:
+def _draw_forces(panel: draw.Axes, table: xr.Dataset) -> None:
     """Forces by the method, and by boundary elements with their error."""
     depth, force = table["indentation"].values, table["normal_force_engine"].values
     forces = {
@@ -236,7 +234,7 @@ def _draw_forces(panel: Axes, table: xr.Dataset) -> None:
 
 def compared_tractions(
     table: xr.Dataset, tractions: xr.Dataset, curves: xr.Dataset, stress: xr.Dataset | None = None
-) -> Figure:
+) -> draw.Figure:
     """
     Force against shift, or torque against twist, and the traction of the last step, by the method and boundary elements.
 

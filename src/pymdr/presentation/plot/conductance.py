@@ -14,13 +14,11 @@ from pymdr.units import FloatArray, from_si, good_unit
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 
 def conduction_figure(
     data: draw.FigureData, levels: Mapping[str, str], fluxes: Mapping[str, xr.DataArray]
-) -> Figure:
+) -> draw.Figure:
     """
     Conductance and resistance against load, and the flux over the radius.
 
@@ -41,7 +39,7 @@ def conduction_figure(
     return figure
 
 
-def _draw_against_load(axes: Axes, data: draw.FigureData, name: str, level: str) -> None:
+def _draw_against_load(axes: draw.Axes, data: draw.FigureData, name: str, level: str) -> None:
     along = "normal_force" if "normal_force" in data.data else "indentation"
     load, load_unit = draw.column(data, along)
     values, unit = draw.column(data, name)
@@ -62,7 +60,7 @@ def _draw_against_load(axes: Axes, data: draw.FigureData, name: str, level: str)
     draw.legend_above(axes)
 
 
-def _draw_fluxes(axes: Axes, fluxes: Mapping[str, xr.DataArray]) -> None:
+def _draw_fluxes(axes: draw.Axes, fluxes: Mapping[str, xr.DataArray]) -> None:
     """The first flux over the radius; further ones are the same curve on other scales."""
     (name, flux), *others = fluxes.items()
     r, values = flux["r"].values, flux.values

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,12 +10,8 @@ from pymdr.presentation.plot import shared as draw
 from pymdr.quantities import QUANTITIES, RADIUS
 from pymdr.units import FloatArray, from_si, good_unit
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
-
-def curves(data: draw.FigureData) -> Figure:
+def curves(data: draw.FigureData) -> draw.Figure:
     """Force, contact radius and stiffness against indentation."""
     with draw.new_figure(9.6, 3.2) as figure:
         for axes, name in zip(
@@ -26,7 +21,7 @@ def curves(data: draw.FigureData) -> Figure:
     return figure
 
 
-def fields(data: draw.FigureData) -> Figure:
+def fields(data: draw.FigureData) -> draw.Figure:
     """Pressure, and displacement with gap, over the radius."""
     with draw.new_figure(9.0, 3.6) as figure:
         if data.field is None:
@@ -38,7 +33,7 @@ def fields(data: draw.FigureData) -> Figure:
     return figure
 
 
-def draw_curve(axes: Axes, data: draw.FigureData, name: str) -> None:
+def draw_curve(axes: draw.Axes, data: draw.FigureData, name: str) -> None:
     """A quantity against indentation, with its band, and the lower bound of refused rows."""
     d = data.data["indentation"].values if "indentation" in data.data else None
     bound = data.data["force_lower_bound"].values if "force_lower_bound" in data.data else None
@@ -84,7 +79,7 @@ def draw_curve(axes: Axes, data: draw.FigureData, name: str) -> None:
     draw.legend_above(axes)
 
 
-def draw_pressure(axes: Axes, data: draw.FigureData) -> None:
+def draw_pressure(axes: draw.Axes, data: draw.FigureData) -> None:
     """Pressure over the radius, with labels of its singularities."""
     assert data.field is not None
     p = data.field("pressure", None)
@@ -103,7 +98,7 @@ def draw_pressure(axes: Axes, data: draw.FigureData) -> None:
     axes.set(xlabel=f"{RADIUS.label} ({r_unit})", ylabel=draw.axis_label("pressure", unit))
 
 
-def draw_displacement(axes: Axes, data: draw.FigureData) -> None:
+def draw_displacement(axes: draw.Axes, data: draw.FigureData) -> None:
     """Surface displacement, undeformed body and gap over the radius."""
     assert data.field is not None
     u = data.field("normal_displacement", None)

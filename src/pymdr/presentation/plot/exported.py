@@ -12,8 +12,6 @@ from pymdr.units import FloatArray, good_unit
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _DRAWN = {
     "normal_force": (draw.BLUE, "F"),
@@ -28,7 +26,7 @@ def law_study(
     checks: xr.Dataset,
     tolerance: float,
     pull_off: float | None,
-) -> Figure:
+) -> draw.Figure:
     """
     Force over indentation with the knots of its table, and the measured errors.
 
@@ -53,7 +51,7 @@ def law_study(
 
 
 def _draw_law(
-    axes: Axes, knots: xr.Dataset, curve: tuple[FloatArray, FloatArray], pull_off: float | None
+    axes: draw.Axes, knots: xr.Dataset, curve: tuple[FloatArray, FloatArray], pull_off: float | None
 ) -> None:
     units = {
         name: good_unit(knots[name].values, quantity(name).unit) for name in ("indentation", "normal_force")
@@ -74,7 +72,7 @@ def _draw_law(
     draw.legend_above(axes)
 
 
-def _draw_errors(axes: Axes, checks: xr.Dataset, tolerance: float, pull_off: float | None) -> None:
+def _draw_errors(axes: draw.Axes, checks: xr.Dataset, tolerance: float, pull_off: float | None) -> None:
     d = checks["indentation"].values - (pull_off or 0.0)
     unit = good_unit(d, "m")
     x = draw.scaled(d, "indentation", unit)

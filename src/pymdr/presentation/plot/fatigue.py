@@ -13,7 +13,6 @@ from pymdr.units import FloatArray, good_unit
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
 _LEVELS = 16
 _PREFIXED = {"": ((0.0, "%"),), "Pa*N/m": ((1e9, "GPa*N/m"), (1e6, "MPa*N/m"), (1e3, "kPa*N/m"))}
@@ -28,7 +27,7 @@ def fatigue_study(
     place: tuple[float, float, float],
     plane: FloatArray,
     largest: float,
-) -> Figure:
+) -> draw.Figure:
     """
     A criterion of fatigue in section, or on the surface, with its largest value, place and plane.
 

@@ -15,8 +15,6 @@ from pymdr.units import FloatArray, from_si, good_unit
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _LAWS = tuple(zip(draw.CYCLE, ("-", "--", "-.", ":", "-", "--"), strict=True))
 """Colours and dashes of laws whose curves may coincide."""
@@ -28,7 +26,7 @@ _SMALL = 0.005
 """Smallest weight that is printed."""
 
 
-def fitted_curves(data: xr.Dataset, captions: Sequence[str]) -> Figure:
+def fitted_curves(data: xr.Dataset, captions: Sequence[str]) -> draw.Figure:
     """
     Measured forces with the model, and the residuals.
 
@@ -68,7 +66,7 @@ def fitted_curves(data: xr.Dataset, captions: Sequence[str]) -> Figure:
     return figure
 
 
-def sheet_of_records(records: Mapping[str, xr.Dataset], columns: int = 5) -> Figure:
+def sheet_of_records(records: Mapping[str, xr.Dataset], columns: int = 5) -> draw.Figure:
     """
     Many records with their models, in one small panel each.
 
@@ -110,24 +108,24 @@ def _drawn_names(data: xr.Dataset) -> tuple[str, str]:
     return "time" if "time" in data else "indentation", "normal_force"
 
 
-def _draw_measured(axes: Axes, x: FloatArray, y: FloatArray) -> None:
+def _draw_measured(axes: draw.Axes, x: FloatArray, y: FloatArray) -> None:
     axes.plot(x, y, ".", color=draw.GREY, ms=3.5, alpha=0.6, label="measured", rasterized=True)
 
 
-def _name_axes(axes: Axes, along: str, own: str, force: str, newton: str) -> None:
+def _name_axes(axes: draw.Axes, along: str, own: str, force: str, newton: str) -> None:
     draw.draw_zero(axes)
     axes.set(xlabel=draw.axis_label(along, own), ylabel=draw.axis_label(force, newton))
     draw.legend_above(axes)
 
 
-def _draw_residuals(axes: Axes, x: FloatArray, data: xr.Dataset, unit: str, colour: str) -> None:
+def _draw_residuals(axes: draw.Axes, x: FloatArray, data: xr.Dataset, unit: str, colour: str) -> None:
     """Residuals of the fitted samples."""
     residual = np.where(data["used"].values, data["residual"].values, np.nan)
     axes.plot(x, from_si(residual, "N", unit), ".", color=colour, ms=2.5, rasterized=True)
     axes.axhline(0.0, color=draw.BLUE if colour == draw.GREY else draw.GREY, lw=1.0)
 
 
-def growing_ranges(record: xr.Dataset, data: xr.Dataset, names: Sequence[str]) -> Figure:
+def growing_ranges(record: xr.Dataset, data: xr.Dataset, names: Sequence[str]) -> draw.Figure:
     """
     A record with its contact point, and fitted parameters over the range of the fit.
 
@@ -158,7 +156,7 @@ def growing_ranges(record: xr.Dataset, data: xr.Dataset, names: Sequence[str]) -
     return figure
 
 
-def _draw_growing(axes: Axes, data: xr.Dataset, name: str, along: str) -> None:
+def _draw_growing(axes: draw.Axes, data: xr.Dataset, name: str, along: str) -> None:
     """A parameter with its interval over the largest indentation of the fit."""
     own = str(data[name].attrs["units"])
     last = float(data[name].values[-1])
@@ -181,7 +179,7 @@ def _draw_growing(axes: Axes, data: xr.Dataset, name: str, along: str) -> None:
     draw.legend_above(axes)
 
 
-def fitted_map(data: xr.Dataset, names: Sequence[str]) -> Figure:
+def fitted_map(data: xr.Dataset, names: Sequence[str]) -> draw.Figure:
     """
     Fitted parameters of many curves: maps over a grid of two dimensions, points over any other.
 
@@ -212,7 +210,7 @@ def fitted_map(data: xr.Dataset, names: Sequence[str]) -> Figure:
     return figure
 
 
-def _draw_points(axes: Axes, data: xr.Dataset, name: str, unit: str) -> None:
+def _draw_points(axes: draw.Axes, data: xr.Dataset, name: str, unit: str) -> None:
     """Values over the number of the curve, with standard errors if given."""
     own = str(data[name].attrs["units"])
     values = from_si(data[name].values.ravel(), own, unit)
@@ -224,7 +222,9 @@ def _draw_points(axes: Axes, data: xr.Dataset, name: str, unit: str) -> None:
     draw.label_history(axes, "curve")
 
 
-def _draw_picture(axes: Axes, data: xr.Dataset, dims: Sequence[str], values: FloatArray, label: str) -> None:
+def _draw_picture(
+    axes: draw.Axes, data: xr.Dataset, dims: Sequence[str], values: FloatArray, label: str
+) -> None:
     """Values over the grid; failed fits in grey."""
     (y, up), (x, along) = (_coordinates(data, dim) for dim in dims)
     low, high = _colour_limits(values)
@@ -264,7 +264,7 @@ def _edges(at: FloatArray) -> FloatArray:
     return np.concatenate([[at[0] - 0.5 * step[0]], 0.5 * (at[1:] + at[:-1]), [at[-1] + 0.5 * step[-1]]])
 
 
-def weighed_laws(data: Mapping[str, xr.Dataset], weights: Mapping[str, float]) -> Figure:
+def weighed_laws(data: Mapping[str, xr.Dataset], weights: Mapping[str, float]) -> draw.Figure:
     """
     A record with the models of several laws, and the residuals of each.
 
@@ -285,7 +285,7 @@ def weighed_laws(data: Mapping[str, xr.Dataset], weights: Mapping[str, float]) -
         x, force = draw.scaled(first[along].values, along, own), first[drawn].values
         _draw_measured(curve, x, draw.scaled(force, drawn, newton))
         sample = x if along == "time" else np.arange(1.0, x.size + 1)
-        rows: list[Axes] = []
+        rows: list[draw.Axes] = []
         for i, (name, (colour, dashes)) in enumerate(zip(order, itertools.cycle(_LAWS), strict=False)):
             model = np.asarray(from_si(force - data[name]["residual"].values, "N", newton))
             weight = f"{weights[name]:.2f}" if weights[name] >= _SMALL else f"< {_SMALL:g}"
@@ -303,7 +303,7 @@ def weighed_laws(data: Mapping[str, xr.Dataset], weights: Mapping[str, float]) -
     return figure
 
 
-def fitted_groups(data: xr.Dataset, groups: Mapping[str, xr.Dataset], names: Sequence[str]) -> Figure:
+def fitted_groups(data: xr.Dataset, groups: Mapping[str, xr.Dataset], names: Sequence[str]) -> draw.Figure:
     """
     Parameters of many records with their intervals, in order of their groups, and the medians of the groups.
 
@@ -345,7 +345,7 @@ def fitted_groups(data: xr.Dataset, groups: Mapping[str, xr.Dataset], names: Seq
     return figure
 
 
-def _draw_medians(axes: Axes, medians: xr.Dataset | None, labels: np.ndarray, unit: str) -> None:
+def _draw_medians(axes: draw.Axes, medians: xr.Dataset | None, labels: np.ndarray, unit: str) -> None:
     """The median of each group with its interval over the places of its curves."""
     ends = [i for i in range(1, labels.size) if labels[i] != labels[i - 1]]
     for end in ends:

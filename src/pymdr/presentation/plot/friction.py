@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,10 +11,6 @@ from pymdr.presentation.plot import shared as draw
 from pymdr.presentation.plot.section import section, section_into
 from pymdr.quantities import QUANTITIES, RADIUS
 from pymdr.units import FloatArray, good_unit
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _SHOWN = (draw.BLUE, draw.ORANGE, draw.GREEN)
 _BLOCKS = 1000
@@ -42,7 +38,7 @@ def _names(data: draw.FigureData) -> _Names:
     return _TURNED if "twist" in data.data else _SHEARED
 
 
-def frictional_overview(data: draw.FigureData) -> Figure:
+def frictional_overview(data: draw.FigureData) -> draw.Figure:
     """The contact in section, its loop, and the tractions of some steps, in one figure."""
     with draw.new_figure(10.4, 5.8) as figure:
         left, right = np.ravel(np.asarray(figure.subfigures(1, 2, width_ratios=(1.2, 1.0))))
@@ -54,7 +50,7 @@ def frictional_overview(data: draw.FigureData) -> Figure:
     return figure
 
 
-def frictional_figures(data: draw.FigureData) -> dict[str, Figure]:
+def frictional_figures(data: draw.FigureData) -> dict[str, draw.Figure]:
     """
     The figures of a contact with friction by name.
 
@@ -77,7 +73,7 @@ def frictional_figures(data: draw.FigureData) -> dict[str, Figure]:
     return {"section": section(data), "loop": loop, "tractions": tractions, "energies": energies}
 
 
-def _draw_loop(axes: Axes, data: draw.FigureData, rows: list[int]) -> None:
+def _draw_loop(axes: draw.Axes, data: draw.FigureData, rows: list[int]) -> None:
     """Force over shift or torque over twist; marked rows are those whose tractions are drawn."""
     names = _names(data)
     (u, u_unit), (force, force_unit) = (draw.column(data, name) for name in (names.motion, names.force))
@@ -96,7 +92,7 @@ def _draw_loop(axes: Axes, data: draw.FigureData, rows: list[int]) -> None:
     draw.legend_above(axes)
 
 
-def _draw_limits(axes: Axes, data: draw.FigureData, u: FloatArray, force_unit: str) -> None:
+def _draw_limits(axes: draw.Axes, data: draw.FigureData, u: FloatArray, force_unit: str) -> None:
     """The friction limits +-mu F_N, as lines if the load is constant while sheared."""
     if data.friction is None or not 0.0 < data.friction < math.inf or _names(data) is _TURNED:
         return
@@ -126,7 +122,7 @@ def _is_thinned(data: draw.FigureData) -> bool:
     return "row" in data.data.coords and bool(np.any(np.diff(data.data["row"].values) > 1))
 
 
-def _draw_zones(axes: Axes, data: draw.FigureData, rows: list[int]) -> None:
+def _draw_zones(axes: draw.Axes, data: draw.FigureData, rows: list[int]) -> None:
     """Stick and slip zones over the history, with lines at the rows whose tractions are drawn."""
     a, unit = draw.column(data, "contact_radius")
     least = most = draw.lengths(data.data["stick_radius"].values, unit)
@@ -149,7 +145,7 @@ def _draw_zones(axes: Axes, data: draw.FigureData, rows: list[int]) -> None:
     draw.legend_above(axes)
 
 
-def _fill_zones(axes: Axes, x: FloatArray, a: FloatArray, least: FloatArray, most: FloatArray) -> None:
+def _fill_zones(axes: draw.Axes, x: FloatArray, a: FloatArray, least: FloatArray, most: FloatArray) -> None:
     """Stick and slip zones over consecutive rows."""
     if x.size > draw.MOST:
         # more rows than pixels: the extremes of blocks of rows
@@ -200,7 +196,7 @@ def _radii(data: draw.FigureData, rows: list[int]) -> FloatArray:
     return np.unique(r)
 
 
-def _draw_tractions(axes: Axes, data: draw.FigureData, rows: list[int]) -> None:
+def _draw_tractions(axes: draw.Axes, data: draw.FigureData, rows: list[int]) -> None:
     """Traction of some rows with the friction limits."""
     traction = _names(data).traction
     if not rows or data.field_at is None:
@@ -247,7 +243,7 @@ def _largest_shown(values: list[FloatArray]) -> float:
     return max(tops, default=0.0)
 
 
-def _draw_slip(axes: Axes, data: draw.FigureData, rows: list[int]) -> None:
+def _draw_slip(axes: draw.Axes, data: draw.FigureData, rows: list[int]) -> None:
     """Surface displacement and slip of some rows."""
     name = _names(data).displacement
     if not rows or data.field_at is None:
@@ -269,7 +265,7 @@ def _draw_slip(axes: Axes, data: draw.FigureData, rows: list[int]) -> None:
     draw.legend_above(axes)
 
 
-def _draw_energies(axes: Axes, data: draw.FigureData) -> None:
+def _draw_energies(axes: draw.Axes, data: draw.FigureData) -> None:
     """Stored and dissipated energy over the history."""
     names = (_names(data).stored, "dissipated_energy")
     unit = good_unit(np.concatenate([data.data[name].values for name in names]), "J")

@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pymdr.presentation.plot import shared as draw
 from pymdr.presentation.plot.adhesion import adhesive_fields, draw_tensile_pressure
 from pymdr.presentation.plot.section import section, section_into
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
-
-def sheared_overview(data: draw.FigureData) -> Figure:
+def sheared_overview(data: draw.FigureData) -> draw.Figure:
     """The contact in section, its tangential force and radius over the shift, and its pressure, in one figure."""
     with draw.new_figure(10.4, 6.6) as figure:
         if data.field is None:
@@ -30,7 +24,7 @@ def sheared_overview(data: draw.FigureData) -> Figure:
     return figure
 
 
-def sheared_figures(data: draw.FigureData) -> dict[str, Figure]:
+def sheared_figures(data: draw.FigureData) -> dict[str, draw.Figure]:
     """``section``, ``shear`` and ``fields``."""
     with draw.new_figure(9.6, 3.8) as shear:
         left, right = shear.subplots(1, 2)
@@ -39,7 +33,7 @@ def sheared_figures(data: draw.FigureData) -> dict[str, Figure]:
     return {"section": section(data), "shear": shear, "fields": adhesive_fields(data)}
 
 
-def _draw(axes: Axes, data: draw.FigureData, name: str) -> None:
+def _draw(axes: draw.Axes, data: draw.FigureData, name: str) -> None:
     """A quantity over the shift; the drawn row and the last one before slip are marked."""
     (u, u_unit), (y, unit) = draw.column(data, "shift"), draw.column(data, name)
     axes.plot(u, y, color=draw.BLUE, lw=1.5, marker="o" if u.size <= draw.MARKED_ROWS else None, ms=2.5)

@@ -11,12 +11,11 @@ from pymdr.units import FloatArray, from_si, good_unit
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
 _MOST = 5
 
 
-def joule_study(data: xr.Dataset, voltage: FloatArray, rise: FloatArray) -> Figure:
+def joule_study(data: xr.Dataset, voltage: FloatArray, rise: FloatArray) -> draw.Figure:
     """
     Largest temperature rise against voltage and, where known, voltage against current or resistance.
 
@@ -54,7 +53,7 @@ def joule_study(data: xr.Dataset, voltage: FloatArray, rise: FloatArray) -> Figu
     return figure
 
 
-def frictional_heat_study(data: xr.Dataset, surface: xr.Dataset) -> Figure:
+def frictional_heat_study(data: xr.Dataset, surface: xr.Dataset) -> draw.Figure:
     """
     Largest and mean rise against speed, and the rise over the radius.
 

@@ -12,11 +12,9 @@ from pymdr.units import FloatArray, from_si, good_unit
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 
-def impact_figure(data: xr.Dataset, friction: float | None) -> Figure:
+def impact_figure(data: xr.Dataset, friction: float | None) -> draw.Figure:
     """
     Force and contact radius of an impact against time, and the force against the indentation.
 
@@ -60,7 +58,7 @@ def impact_figure(data: xr.Dataset, friction: float | None) -> Figure:
     return figure
 
 
-def restitution_study(data: xr.Dataset) -> Figure:
+def restitution_study(data: xr.Dataset) -> draw.Figure:
     """
     Coefficient of restitution and contact time against the speed.
 
@@ -89,7 +87,7 @@ def restitution_study(data: xr.Dataset) -> Figure:
 
 
 def _draw_tangential(
-    axes: Axes, data: xr.Dataset, time: FloatArray, time_unit: str, friction: float | None
+    axes: draw.Axes, data: xr.Dataset, time: FloatArray, time_unit: str, friction: float | None
 ) -> None:
     """The tangential force within the friction limits, shaded while part of the contact sticks."""
     unit = good_unit(data["tangential_force"].values, "N")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,17 +10,13 @@ from pymdr.presentation.plot import shared as draw
 from pymdr.quantities import RADIUS
 from pymdr.units import FloatArray, good_unit
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
 _SHADES = ("#F3DDB3", "#D8C3A5", "#C3CFE2", "#B7D3BF")
 _COLOURS = (draw.ORANGE, draw.GREEN)
 
 
 def layers(
     data: draw.FigureData, trail: Mapping[str, FloatArray] | None = None, *, joined: bool = True
-) -> Figure:
+) -> draw.Figure:
     """
     The layers in section, to scale, and force against indentation with those of half-spaces.
 
@@ -41,7 +36,7 @@ def layers(
     return figure
 
 
-def thickness_study(depth: FloatArray, factors: Mapping[str, FloatArray]) -> Figure:
+def thickness_study(depth: FloatArray, factors: Mapping[str, FloatArray]) -> draw.Figure:
     """
     Factors of a finite thickness on force and stiffness, over the indentation.
 
@@ -66,7 +61,7 @@ def thickness_study(depth: FloatArray, factors: Mapping[str, FloatArray]) -> Fig
     return figure
 
 
-def _draw_stack(axes: Axes, data: draw.FigureData) -> None:
+def _draw_stack(axes: draw.Axes, data: draw.FigureData) -> None:
     drawn = data.layers
     assert drawn is not None
     if data.field is None:
@@ -136,7 +131,7 @@ def _both(values: FloatArray, unit: str, sign: float = 1.0) -> FloatArray:
 
 
 def _draw_forces(
-    axes: Axes, data: draw.FigureData, trail: Mapping[str, FloatArray] | None, joined: bool
+    axes: draw.Axes, data: draw.FigureData, trail: Mapping[str, FloatArray] | None, joined: bool
 ) -> None:
     drawn = data.layers
     assert drawn is not None

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from textwrap import fill
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,9 +15,6 @@ from pymdr.interpretation.jumps import Branches, Jump
 from pymdr.presentation.plot import shared as draw
 from pymdr.quantities import QUANTITIES
 from pymdr.units import FloatArray, good_unit, written
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 _DRAWN_JUMPS = 100
 _LINE = 60
@@ -72,7 +68,7 @@ def course_of(data: draw.FigureData) -> Course:
     return Course(data, None, rows, unknown)
 
 
-def draw_loop(axes: Axes, course: Course, across: str) -> None:
+def draw_loop(axes: draw.Axes, course: Course, across: str) -> None:
     """Force over travel or indentation: the path on all equilibria, its jumps and their losses."""
     plane = _plane(axes, course, across, "normal_force")
     if plane is None:
@@ -103,7 +99,7 @@ def draw_loop(axes: Axes, course: Course, across: str) -> None:
     draw.legend_above(axes)
 
 
-def draw_radius(axes: Axes, course: Course) -> None:
+def draw_radius(axes: draw.Axes, course: Course) -> None:
     """Contact radius, and that of the cohesive zone, over the indentation."""
     cohesive = "cohesive_radius" in course.data.data
     plane = _plane(axes, course, "indentation", "cohesive_radius" if cohesive else "contact_radius")
@@ -128,7 +124,7 @@ def draw_radius(axes: Axes, course: Course) -> None:
 class _Plane:
     """Two quantities against each other, in their units."""
 
-    axes: Axes
+    axes: draw.Axes
     across: str
     up: str
     x_unit: str
@@ -140,7 +136,7 @@ class _Plane:
         return draw.scaled(x, self.across, self.x_unit), draw.scaled(y, self.up, self.y_unit)
 
 
-def _plane(axes: Axes, course: Course, across: str, up: str) -> _Plane | None:
+def _plane(axes: draw.Axes, course: Course, across: str, up: str) -> _Plane | None:
     """Axes with labels and limits; None, with a text in their place, if there is nothing to draw."""
     data = course.data
     if across not in data.data or up not in data.data:
@@ -269,7 +265,7 @@ def _draw_jumps(plane: _Plane, course: Course, *, labelled: bool = True) -> None
             _point(plane.axes, x, y)
 
 
-def _point(axes: Axes, x: FloatArray, y: FloatArray) -> None:
+def _point(axes: draw.Axes, x: FloatArray, y: FloatArray) -> None:
     """An arrowhead near the middle of a line, if it is long enough."""
     spans = [limits[1] - limits[0] for limits in (axes.get_xlim(), axes.get_ylim())]
     if math.hypot((x[1] - x[0]) / spans[0], (y[1] - y[0]) / spans[1]) < 0.03:

@@ -13,8 +13,6 @@ from pymdr.units import FloatArray, good_unit
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _STORED = ("kinetic_energy", "spring_energy", "elastic_energy", "stored_tangential_energy")
 _DISSIPATED = ("dissipated_energy", "damping_energy")
@@ -23,7 +21,7 @@ _DECADES = 1e-6
 """Smallest amplitude of a spectrum that is shown, over the largest."""
 
 
-def motion_figure(data: xr.Dataset, spectrum: xr.DataArray | None) -> Figure:
+def motion_figure(data: xr.Dataset, spectrum: xr.DataArray | None) -> draw.Figure:
     """
     Phase plane of the first body, the flow of energy, and with contacts the forces of the first joint and a spectrum.
 
@@ -48,7 +46,7 @@ def motion_figure(data: xr.Dataset, spectrum: xr.DataArray | None) -> Figure:
     return figure
 
 
-def _draw_phase_plane(axes: Axes, data: xr.Dataset) -> None:
+def _draw_phase_plane(axes: draw.Axes, data: xr.Dataset) -> None:
     """Velocity against position of the first body, from the dot on."""
     shown = []
     for name in ("position", "velocity"):
@@ -65,7 +63,7 @@ def _draw_phase_plane(axes: Axes, data: xr.Dataset) -> None:
     draw.draw_zero(axes)
 
 
-def _draw_forces(axes: Axes, data: xr.Dataset, time: FloatArray, time_unit: str) -> None:
+def _draw_forces(axes: draw.Axes, data: xr.Dataset, time: FloatArray, time_unit: str) -> None:
     """The forces of the first joint against time."""
     names = [name for name in ("normal_force", "tangential_force") if name in data]
     unit = good_unit(data["normal_force"].values[:, 0], "N")
@@ -77,7 +75,7 @@ def _draw_forces(axes: Axes, data: xr.Dataset, time: FloatArray, time_unit: str)
     draw.legend_above(axes)
 
 
-def _draw_spectrum(axes: Axes, spectrum: xr.DataArray) -> None:
+def _draw_spectrum(axes: draw.Axes, spectrum: xr.DataArray) -> None:
     """Amplitudes of a force against frequency."""
     largest = float(spectrum.max())
     unit = good_unit(np.array([largest]), "N")
@@ -91,7 +89,7 @@ def _draw_spectrum(axes: Axes, spectrum: xr.DataArray) -> None:
     axes.set_ylabel(f"amplitude of ${QUANTITIES[str(spectrum.name)].symbol}$ ({unit})")
 
 
-def _draw_energies(axes: Axes, data: xr.Dataset, time: FloatArray, time_unit: str) -> None:
+def _draw_energies(axes: draw.Axes, data: xr.Dataset, time: FloatArray, time_unit: str) -> None:
     """Energy stored, dissipated, and brought in since the start."""
 
     def total(names: tuple[str, ...]) -> FloatArray:
@@ -158,7 +156,7 @@ def write_motion_animation(line: LineInMotion, rows: FloatArray, file: Path) -> 
                 writer.grab_frame()
 
 
-def _draw_springs(axes: Axes, line: LineInMotion, row: int) -> None:
+def _draw_springs(axes: draw.Axes, line: LineInMotion, row: int) -> None:
     """The springs of one row: those in contact are pressed by the profile, and with friction stick or slip."""
     depth = line.data["indentation"].values
     deepest = float(np.max(np.abs(depth))) or 1.0

@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pymdr.presentation.plot import shared as draw
 from pymdr.problem.measured import MeasuredSamples
 from pymdr.units import FloatArray, good_unit
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 Interval = tuple[float, float, float]
 """A value with the ends of its interval."""
@@ -27,7 +22,7 @@ def measured_curves(
     baseline: Callable[[FloatArray], FloatArray] | None = None,
     methods: Mapping[str, Interval] | None = None,
     point: Interval | None = None,
-) -> Figure:
+) -> draw.Figure:
     """
     The segments of a record, enlarged around the contact point.
 
@@ -63,7 +58,7 @@ def measured_curves(
 
 
 def _draw_record(
-    axes: Axes,
+    axes: draw.Axes,
     curves: Sequence[MeasuredSamples],
     baseline: Callable[[FloatArray], FloatArray] | None,
     name: str,
@@ -105,7 +100,7 @@ def _draw_record(
 
 
 def _draw_beginning(
-    axes: Axes,
+    axes: draw.Axes,
     curve: MeasuredSamples,
     baseline: Callable[[FloatArray], FloatArray],
     methods: Mapping[str, Interval],

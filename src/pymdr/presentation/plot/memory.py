@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pymdr.presentation.plot import shared as draw
@@ -11,14 +9,10 @@ from pymdr.presentation.plot.curves import draw_curve, draw_pressure, fields
 from pymdr.presentation.plot.section import section, section_into
 from pymdr.units import from_si, good_unit
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
 _COLOURS = {"normal_force": draw.BLUE, "contact_radius": draw.GREEN, "indentation": draw.ORANGE}
 
 
-def memory_overview(data: draw.FigureData) -> Figure:
+def memory_overview(data: draw.FigureData) -> draw.Figure:
     """The contact in section above its springs, its force against time, its loop, and its pressure."""
     with draw.new_figure(10.0, 6.4) as figure:
         left, right = np.ravel(np.asarray(figure.subfigures(1, 2, width_ratios=(1.25, 1.0))))
@@ -31,7 +25,7 @@ def memory_overview(data: draw.FigureData) -> Figure:
     return figure
 
 
-def memory_figures(data: draw.FigureData) -> dict[str, Figure]:
+def memory_figures(data: draw.FigureData) -> dict[str, draw.Figure]:
     """``section``, ``history``, ``loop`` and ``fields``."""
     with draw.new_figure(9.6, 3.2) as history:
         for axes, name in zip(history.subplots(1, 3), _COLOURS, strict=True):
@@ -41,7 +35,7 @@ def memory_figures(data: draw.FigureData) -> dict[str, Figure]:
     return {"section": section(data), "history": history, "loop": loop, "fields": fields(data)}
 
 
-def draw_against_time(axes: Axes, data: draw.FigureData, name: str) -> None:
+def draw_against_time(axes: draw.Axes, data: draw.FigureData, name: str) -> None:
     """A quantity against time."""
     time, values = (data.data[column].values for column in ("time", name))
     unit = str(data.data[name].attrs["units"])

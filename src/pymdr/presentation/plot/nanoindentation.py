@@ -12,14 +12,12 @@ from pymdr.units import FloatArray, from_si, good_unit
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 Drawn = Sequence[tuple[FloatArray, FloatArray, Mapping[str, FloatArray]]]
 _COLOURS = {"power_law": draw.BLUE, "effective_shape": draw.ORANGE}
 
 
-def indent_study(drawn: Drawn, data: xr.Dataset) -> Figure:
+def indent_study(drawn: Drawn, data: xr.Dataset) -> draw.Figure:
     """
     Unloading curves with the curves fitted to them, and the moduli of every indent.
 
@@ -69,7 +67,7 @@ def indent_study(drawn: Drawn, data: xr.Dataset) -> Figure:
     return figure
 
 
-def area_study(data: xr.Dataset) -> Figure:
+def area_study(data: xr.Dataset) -> draw.Figure:
     """
     Measured and fitted areas over the contact depth, and their ratio.
 
@@ -107,7 +105,7 @@ def area_study(data: xr.Dataset) -> Figure:
     return figure
 
 
-def drift_study(holds: Sequence[tuple[FloatArray, FloatArray, FloatArray]], data: xr.Dataset) -> Figure:
+def drift_study(holds: Sequence[tuple[FloatArray, FloatArray, FloatArray]], data: xr.Dataset) -> draw.Figure:
     """
     Depths in holds with the fitted lines, and the rates of all indents.
 
@@ -142,7 +140,7 @@ def drift_study(holds: Sequence[tuple[FloatArray, FloatArray, FloatArray]], data
     return figure
 
 
-def profile_study(data: xr.Dataset) -> Figure:
+def profile_study(data: xr.Dataset) -> draw.Figure:
     """
     Hardness and modulus over depth, with their 95 % intervals.
 
@@ -173,7 +171,7 @@ def profile_study(data: xr.Dataset) -> Figure:
     return figure
 
 
-def film_study(data: xr.Dataset) -> Figure:
+def film_study(data: xr.Dataset) -> draw.Figure:
     """
     Measured and fitted reduced moduli over the width of the contact, and the modulus of the film by each point.
 
@@ -210,7 +208,7 @@ def film_study(data: xr.Dataset) -> Figure:
     return figure
 
 
-def pop_in_study(records: Sequence[tuple[FloatArray, FloatArray]], data: xr.Dataset) -> Figure:
+def pop_in_study(records: Sequence[tuple[FloatArray, FloatArray]], data: xr.Dataset) -> draw.Figure:
     """
     Loading curves with their first pop-ins, and the loads in order.
 
@@ -253,7 +251,7 @@ def pop_in_study(records: Sequence[tuple[FloatArray, FloatArray]], data: xr.Data
     return figure
 
 
-def _indents_on(axes: Axes, data: xr.Dataset) -> None:
+def _indents_on(axes: draw.Axes, data: xr.Dataset) -> None:
     """The numbers of indents along an axis."""
     axes.set_xlabel("indent")
     axes.set_xticks(data["indent"].values[:: 1 + data.sizes["indent"] // 12])

@@ -14,13 +14,11 @@ from pymdr.units import FloatArray, from_si, good_unit
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _RINGS, _SPOKES = 9, 24
 
 
-def planar_overview(data: draw.FigureData) -> Figure:
+def planar_overview(data: draw.FigureData) -> draw.Figure:
     """The contact in section, its path and its force in the plane."""
     with draw.new_figure(10.4, 5.8) as figure:
         left, right = np.ravel(np.asarray(figure.subfigures(1, 2, width_ratios=(1.2, 1.0))))
@@ -31,7 +29,7 @@ def planar_overview(data: draw.FigureData) -> Figure:
     return figure
 
 
-def planar_figures(data: draw.FigureData) -> dict[str, Figure]:
+def planar_figures(data: draw.FigureData) -> dict[str, draw.Figure]:
     """
     The figures of a contact that is moved in the plane, by name.
 
@@ -49,7 +47,7 @@ def planar_figures(data: draw.FigureData) -> dict[str, Figure]:
     return {"section": section(data), "plane": plane, "slip": slip}
 
 
-def compared_plane(table: xr.Dataset, tractions: xr.Dataset, curves: xr.Dataset) -> Figure:
+def compared_plane(table: xr.Dataset, tractions: xr.Dataset, curves: xr.Dataset) -> draw.Figure:
     """
     Tangential forces in the plane, and the components of the traction of the last step, by the method and boundary elements.
 
@@ -93,7 +91,7 @@ def compared_plane(table: xr.Dataset, tractions: xr.Dataset, curves: xr.Dataset)
     return figure
 
 
-def _draw_path(axes: Axes, data: draw.FigureData, name: str) -> None:
+def _draw_path(axes: draw.Axes, data: draw.FigureData, name: str) -> None:
     """A vector over the path, its start and the drawn row, and for forces the circle mu F_N."""
     values = data.data[name].values
     unit = good_unit(values[np.isfinite(values)], data.data[name].attrs["units"])
@@ -117,7 +115,7 @@ def _draw_path(axes: Axes, data: draw.FigureData, name: str) -> None:
     draw.legend_above(axes)
 
 
-def _draw_slip(axes: Axes, data: draw.FigureData) -> None:
+def _draw_slip(axes: draw.Axes, data: draw.FigureData) -> None:
     """Slip vectors on rings of the contact, the longest half as long as the distance of two rings."""
     if data.field is None or data.row < 0:
         return

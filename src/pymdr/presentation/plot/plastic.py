@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,10 +11,6 @@ from pymdr.presentation.plot import shared as draw
 from pymdr.presentation.plot.curves import curves
 from pymdr.quantities import QUANTITIES
 from pymdr.units import FloatArray, good_unit
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _Curve = tuple[FloatArray, FloatArray]
 
@@ -36,7 +31,7 @@ class PlasticData:
     """Whether the rows follow these curves; they do not with adhesion or a growing apparent radius."""
 
 
-def plastic_overview(data: draw.FigureData, drawn: PlasticData) -> Figure:
+def plastic_overview(data: draw.FigureData, drawn: PlasticData) -> draw.Figure:
     """Force against indentation, contact radius, and the history of residual indentation and energies."""
     with draw.new_figure(10.0, 6.0) as figure:
         left, right = np.ravel(np.asarray(figure.subfigures(1, 2, width_ratios=(1.25, 1.0))))
@@ -47,7 +42,7 @@ def plastic_overview(data: draw.FigureData, drawn: PlasticData) -> Figure:
     return figure
 
 
-def plastic_figures(data: draw.FigureData, drawn: PlasticData) -> dict[str, Figure]:
+def plastic_figures(data: draw.FigureData, drawn: PlasticData) -> dict[str, draw.Figure]:
     """``force``, ``curves`` and ``history``."""
     with draw.new_figure(5.6, 4.4) as force:
         draw_force(force.subplots(), data, drawn)
@@ -58,7 +53,7 @@ def plastic_figures(data: draw.FigureData, drawn: PlasticData) -> dict[str, Figu
     return {"force": force, "curves": curves(data), "history": history}
 
 
-def draw_force(axes: Axes, data: draw.FigureData, drawn: PlasticData) -> None:
+def draw_force(axes: draw.Axes, data: draw.FigureData, drawn: PlasticData) -> None:
     """The rows of the path, coloured by yielding, between the curves of loading and unloading."""
     d, force = data.data["indentation"].values, data.data["normal_force"].values
     yields = data.data["yielding"].values > 0.0
@@ -91,7 +86,7 @@ def draw_force(axes: Axes, data: draw.FigureData, drawn: PlasticData) -> None:
     draw.legend_above(axes)
 
 
-def draw_depths(axes: Axes, data: draw.FigureData) -> None:
+def draw_depths(axes: draw.Axes, data: draw.FigureData) -> None:
     """Indentation and residual indentation along the path."""
     x, label = draw.along_history(data)
     names = {"indentation": draw.BLUE, "residual_indentation": draw.ORANGE}
@@ -105,7 +100,7 @@ def draw_depths(axes: Axes, data: draw.FigureData) -> None:
     draw.legend_above(axes)
 
 
-def draw_energies(axes: Axes, data: draw.FigureData) -> None:
+def draw_energies(axes: draw.Axes, data: draw.FigureData) -> None:
     """Elastic and dissipated energy along the path."""
     x, label = draw.along_history(data)
     names = {"elastic_energy": draw.GREEN, "dissipated_energy": draw.ORANGE}

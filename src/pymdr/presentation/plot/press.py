@@ -12,9 +12,7 @@ from pymdr.units import FloatArray, from_si, good_unit
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
     from matplotlib.colors import Colormap
-    from matplotlib.figure import Figure
     from matplotlib.image import AxesImage
 
 
@@ -24,7 +22,7 @@ _LINE = 80
 
 def pressed_surface(
     data: xr.Dataset, heights: FloatArray, pressure: xr.DataArray | None, title: str
-) -> Figure:
+) -> draw.Figure:
     """
     Contact and pressures at one load, and the curves over all loads.
 
@@ -57,7 +55,7 @@ def pressed_surface(
     return figure
 
 
-def _map(axes: Axes, values: FloatArray, pressure: xr.DataArray, colours: str | Colormap) -> AxesImage:
+def _map(axes: draw.Axes, values: FloatArray, pressure: xr.DataArray, colours: str | Colormap) -> AxesImage:
     unit = good_unit(pressure["x"].values, "m")
     ends = []
     for axis in ("x", "y"):
@@ -75,7 +73,7 @@ def _map(axes: Axes, values: FloatArray, pressure: xr.DataArray, colours: str | 
     return image
 
 
-def _draw_contact(axes: Axes, heights: FloatArray, pressure: xr.DataArray) -> None:
+def _draw_contact(axes: draw.Axes, heights: FloatArray, pressure: xr.DataArray) -> None:
     """Heights over the mean in grey, and what touches."""
     from matplotlib.colors import ListedColormap
 
@@ -86,7 +84,7 @@ def _draw_contact(axes: Axes, heights: FloatArray, pressure: xr.DataArray) -> No
     _map(axes, np.where(pressure.values > 0.0, 1.0, np.nan), pressure, ListedColormap([draw.ORANGE]))
 
 
-def _draw_curve(axes: Axes, data: xr.Dataset, along: str, up: str) -> None:
+def _draw_curve(axes: draw.Axes, data: xr.Dataset, along: str, up: str) -> None:
     units = {"indentation": "m", "normal_force": "N", "normal_stiffness": "N/m"}
     order = np.argsort(data[along].values)
     x, y = (data[name].values[order] for name in (along, up))

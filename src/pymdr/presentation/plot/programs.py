@@ -5,14 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from textwrap import fill
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from pymdr.presentation.plot import shared as draw
 from pymdr.quantities import QUANTITIES
 from pymdr.units import FloatArray, from_si, good_unit
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 _COLUMNS = 4
 _LETTERS = 34
@@ -47,7 +44,7 @@ class CurvePair(Protocol):
         """In the same."""
 
 
-def pairs_of_programs(pairs: Mapping[str, CurvePair], program: str) -> Figure:
+def pairs_of_programs(pairs: Mapping[str, CurvePair], program: str) -> draw.Figure:
     """
     A panel for each case, with the curve by the method and by another program.
 

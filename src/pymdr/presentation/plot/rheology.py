@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pymdr.presentation.plot import shared as draw
 from pymdr.quantities import quantity
 from pymdr.units import FloatArray, from_si, good_unit
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 
 def fitted_moduli(
@@ -23,7 +18,7 @@ def fitted_moduli(
     terms: tuple[FloatArray, FloatArray],
     span: tuple[float, float],
     misfit: float,
-) -> Figure:
+) -> draw.Figure:
     """
     Measured moduli with the fitted series, and its terms.
 
@@ -52,7 +47,7 @@ def fitted_moduli(
 
 
 def _draw_moduli(
-    axes: Axes, measured: Mapping[str, FloatArray], series: Mapping[str, FloatArray], misfit: float
+    axes: draw.Axes, measured: Mapping[str, FloatArray], series: Mapping[str, FloatArray], misfit: float
 ) -> None:
     along, *moduli = measured
     unit = good_unit(np.concatenate([measured[name] for name in moduli]), "Pa")
@@ -67,7 +62,7 @@ def _draw_moduli(
     axes.set(xlabel=f"{row.label} ({row.unit})", ylabel=f"modulus in shear ({unit})")
 
 
-def _scale(axes: Axes, values: FloatArray) -> None:
+def _scale(axes: draw.Axes, values: FloatArray) -> None:
     """Set logarithmic limits around the positive values."""
     positive = values[values > 0.0]
     axes.set_ylim(0.7 * float(positive.min()), 1.4 * float(positive.max()))
@@ -75,7 +70,7 @@ def _scale(axes: Axes, values: FloatArray) -> None:
 
 
 def _draw_terms(
-    axes: Axes, equilibrium: float, terms: tuple[FloatArray, FloatArray], span: tuple[float, float]
+    axes: draw.Axes, equilibrium: float, terms: tuple[FloatArray, FloatArray], span: tuple[float, float]
 ) -> None:
     times, moduli = terms
     unit = good_unit(np.append(moduli, equilibrium), "Pa")

@@ -11,8 +11,6 @@ from pymdr.units import from_si, good_unit
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 
 _CREEP_LAWS = {"plain": ("MDR springs", draw.BLUE), "calibrated": ("with Kalker's slope", draw.ORANGE)}
@@ -21,7 +19,7 @@ _CREEP_LAWS = {"plain": ("MDR springs", draw.BLUE), "calibrated": ("with Kalker'
 _MOST_LOADS = 5
 
 
-def rolling_study(data: xr.Dataset, curves: xr.Dataset, springs: xr.Dataset | None) -> Figure:
+def rolling_study(data: xr.Dataset, curves: xr.Dataset, springs: xr.Dataset | None) -> draw.Figure:
     """
     Creep force against creepage by several laws, with the line load below its limit, or the force along a path.
 
@@ -68,7 +66,7 @@ def rolling_study(data: xr.Dataset, curves: xr.Dataset, springs: xr.Dataset | No
     return figure
 
 
-def _draw_springs(axes: Axes, springs: xr.Dataset) -> None:
+def _draw_springs(axes: draw.Axes, springs: xr.Dataset) -> None:
     x, cap = springs["x"].values, springs["cap"].values
     x_unit, unit = good_unit(x, "m"), good_unit(cap, "N/m")
     place = draw.lengths(x, x_unit)
@@ -85,7 +83,7 @@ def _draw_springs(axes: Axes, springs: xr.Dataset) -> None:
     axes.set_ylabel(f"line load $q$ ({unit})")
 
 
-def sliding_study(data: xr.Dataset) -> Figure:
+def sliding_study(data: xr.Dataset) -> draw.Figure:
     """
     Coefficient of friction against speed with its limits, and the leading and trailing edge of the contact.
 

@@ -11,8 +11,6 @@ from pymdr.units import FloatArray, good_unit
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _CLOSED = {
     "power_law_stiffness": ("power law, as published", "--", draw.ORANGE),
@@ -23,7 +21,7 @@ _CLOSED = {
 
 def rough_study(
     data: xr.Dataset, curves: xr.Dataset, springs: xr.Dataset, spectrum: tuple[FloatArray, FloatArray]
-) -> Figure:
+) -> draw.Figure:
     """
     Stiffness of a rough contact against force, the springs of one line below the plane, and the spectrum.
 
@@ -47,7 +45,7 @@ def rough_study(
     return figure
 
 
-def _draw_stiffness(axes: Axes, data: xr.Dataset, curves: xr.Dataset) -> None:
+def _draw_stiffness(axes: draw.Axes, data: xr.Dataset, curves: xr.Dataset) -> None:
     force, stiffness = curves["normal_force"].values, curves["normal_stiffness"].values
     x_unit = good_unit(np.sqrt(force[:1] * force[-1:]), "N")
     unit = good_unit(stiffness[np.isfinite(stiffness)][-1:], "N/m")
@@ -72,7 +70,7 @@ def _draw_stiffness(axes: Axes, data: xr.Dataset, curves: xr.Dataset) -> None:
     draw.legend_above(axes)
 
 
-def _draw_springs(axes: Axes, springs: xr.Dataset) -> None:
+def _draw_springs(axes: draw.Axes, springs: xr.Dataset) -> None:
     """The line and its part compressed by a plane from above; for a ball, only near the contact."""
     x, z = springs["x"].values, springs["height"].values
     if "radius" in springs.attrs:
@@ -101,7 +99,7 @@ _LINES = {
 }
 
 
-def calibration_study(data: xr.Dataset) -> Figure:
+def calibration_study(data: xr.Dataset) -> draw.Figure:
     """
     Stiffness against load by lines, power law and boundary elements, their ratios to the last, and areas.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -12,17 +12,13 @@ from pymdr.presentation.plot import shared as draw
 from pymdr.quantities import RADIUS
 from pymdr.units import FloatArray, good_unit, written
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
 _SPRINGS = 41
 _FREE = "#AAAAAA"
 _ZIGZAG = np.array([0.0, 0.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 0.0, 0.0])
 _ALONG = np.array([0.0, 0.12, 0.2, 0.33, 0.46, 0.59, 0.72, 0.8, 0.88, 1.0])
 
 
-def section(data: draw.FigureData) -> Figure:
+def section(data: draw.FigureData) -> draw.Figure:
     """The contact in section with its pressure, above the equivalent line with its springs."""
     with draw.new_figure(6.4, 5.6) as figure:
         section_into(figure, data)
@@ -64,7 +60,7 @@ def section_into(figure: Any, data: draw.FigureData) -> None:
     )
 
 
-def _draw_refused(axes: Axes, data: draw.FigureData) -> None:
+def _draw_refused(axes: draw.Axes, data: draw.FigureData) -> None:
     """The undeformed profile, with the reason why its contact is refused."""
     if data.extent is None:
         draw.show_refusal(axes, data)
@@ -97,7 +93,7 @@ def _draw_refused(axes: Axes, data: draw.FigureData) -> None:
     axes.set_xlabel(f"{RADIUS.label} ({x_unit})\n\n{caption}")
 
 
-def _draw_stick(axes: Axes, a: float, b: float, x_unit: str) -> None:
+def _draw_stick(axes: draw.Axes, a: float, b: float, x_unit: str) -> None:
     """A strip at the bottom of the section that shows stick and slip."""
     edge, inner = draw.lengths(np.array([a, min(b, a)]), x_unit)
     strip: Any = {"ymin": 0.0, "ymax": 0.05, "lw": 0, "zorder": 4}
@@ -127,7 +123,9 @@ def _mirrored(values: FloatArray) -> FloatArray:
     return np.concatenate([values[::-1], values])
 
 
-def _draw_bodies(axes: Axes, data: draw.FigureData, a: float, d: float, width: float, x_unit: str) -> str:
+def _draw_bodies(
+    axes: draw.Axes, data: draw.FigureData, a: float, d: float, width: float, x_unit: str
+) -> str:
     """Draw half-space and indenter; returns the unit of their heights."""
     assert data.field is not None
     r = np.unique(np.concatenate([np.linspace(0.0, width, 241), a * np.array([0.999, 1.0, 1.001])]))
@@ -168,7 +166,7 @@ def graded_inside(a: float) -> FloatArray:
     return np.asarray(a * np.sin(np.linspace(1e-6, 0.5 * math.pi, 121)))
 
 
-def _draw_pressure_profile(axes: Axes, data: draw.FigureData, a: float, c: float, x_unit: str) -> None:
+def _draw_pressure_profile(axes: draw.Axes, data: draw.FigureData, a: float, c: float, x_unit: str) -> None:
     """Pressure above z = 0 with its own scale at the right; tension below."""
     assert data.field is not None
     r = graded_inside(a)
@@ -206,7 +204,7 @@ def tension_scale(p: FloatArray) -> float:
 
 
 def _draw_springs(
-    axes: Axes, data: draw.FigureData, a: float, d: float, width: float, x_unit: str, z_unit: str
+    axes: draw.Axes, data: draw.FigureData, a: float, d: float, width: float, x_unit: str, z_unit: str
 ) -> None:
     """Independent springs from a rigid base to the profile: compressed, stretched or free."""
     assert data.field is not None
@@ -257,7 +255,7 @@ def _heads(data: draw.FigureData, x: FloatArray, a: float, d: float) -> FloatArr
     return inside - np.where(touching, 0.0, pulled / data.modulus)
 
 
-def _label_springs(axes: Axes, head: FloatArray) -> None:
+def _label_springs(axes: draw.Axes, head: FloatArray) -> None:
     for colour, label, exists in (
         (draw.GREEN, "pressed", (head < 0.0).any()),
         (draw.ORANGE, "pulled", (head > 0.0).any()),

@@ -8,10 +8,9 @@ from pymdr.presentation.plot import shared as draw
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
 
-def shakedown_map(data: xr.Dataset) -> Figure:
+def shakedown_map(data: xr.Dataset) -> draw.Figure:
     """
     Peak pressure over the yield stress in shear at both bounds of shakedown, against the ratio of forces.
 

@@ -15,8 +15,6 @@ from pymdr.units import FloatArray, good_unit
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _PIXELS = 161
 _LEVELS = 9
@@ -48,7 +46,7 @@ class ShapeData:
     """Pressure along y; None if the contact is not elliptic."""
 
 
-def shape_overview(data: draw.FigureData, shape: ShapeData) -> Figure:
+def shape_overview(data: draw.FigureData, shape: ShapeData) -> draw.Figure:
     """Force and plan; for an ellipse also the pressure along its axes."""
     panels = 2 if shape.across is None else 3
     with draw.new_figure(4.6 * panels, 3.8) as figure:
@@ -60,7 +58,7 @@ def shape_overview(data: draw.FigureData, shape: ShapeData) -> Figure:
     return figure
 
 
-def shape_figures(data: draw.FigureData, shape: ShapeData) -> dict[str, Figure]:
+def shape_figures(data: draw.FigureData, shape: ShapeData) -> dict[str, draw.Figure]:
     """``force`` and ``plan``; for an ellipse also ``pressure``."""
     with draw.new_figure(4.8, 3.8) as first, draw.new_figure(4.8, 4.2) as second:
         draw_force(first.subplots(), data, shape)
@@ -72,7 +70,7 @@ def shape_figures(data: draw.FigureData, shape: ShapeData) -> dict[str, Figure]:
     return figures
 
 
-def draw_force(axes: Axes, data: draw.FigureData, shape: ShapeData) -> None:
+def draw_force(axes: draw.Axes, data: draw.FigureData, shape: ShapeData) -> None:
     """Force over indentation, its lower bound, its estimate, and the rows."""
     d_unit = good_unit(shape.depth, "m")
     f_unit = good_unit(np.append(shape.force[np.isfinite(shape.force)], shape.bound), "N")
@@ -94,7 +92,7 @@ def draw_force(axes: Axes, data: draw.FigureData, shape: ShapeData) -> None:
     draw.legend_above(axes)
 
 
-def draw_plan(axes: Axes, shape: ShapeData) -> None:
+def draw_plan(axes: draw.Axes, shape: ShapeData) -> None:
     """Contours of the gap, the known outline of the contact, and the trial area of the lower bound."""
     from matplotlib.patches import Ellipse
 
@@ -137,7 +135,7 @@ def draw_plan(axes: Axes, shape: ShapeData) -> None:
     draw.legend_above(axes)
 
 
-def draw_pressures(axes: Axes, data: draw.FigureData, shape: ShapeData) -> None:
+def draw_pressures(axes: draw.Axes, data: draw.FigureData, shape: ShapeData) -> None:
     """The pressure along both axes of the ellipse."""
     assert data.field is not None
     assert shape.across is not None

@@ -21,8 +21,8 @@ from pymdr.units import FloatArray, from_si, good_unit, written
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes as Axes
+    from matplotlib.figure import Figure as Figure
 
 IntArray = NDArray[np.int_]
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pymdr.presentation.plot import shared as draw
@@ -11,10 +9,6 @@ from pymdr.presentation.plot.adhesion import adhesive_fields, draw_tensile_press
 from pymdr.presentation.plot.section import section, section_into
 from pymdr.quantities import QUANTITIES
 from pymdr.units import from_si, good_unit, written
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _COLOURS = {
     "normal_force": draw.BLUE,
@@ -25,7 +19,7 @@ _COLOURS = {
 }
 
 
-def short_overview(data: draw.FigureData) -> Figure:
+def short_overview(data: draw.FigureData) -> draw.Figure:
     """Force against depth and time, the radii, and the speed of the edge, in one figure."""
     with draw.new_figure(9.6, 6.4) as figure:
         loop, force, radii, speed = np.ravel(figure.subplots(2, 2))
@@ -36,7 +30,7 @@ def short_overview(data: draw.FigureData) -> Figure:
     return figure
 
 
-def soft_figures(data: draw.FigureData) -> dict[str, Figure]:
+def soft_figures(data: draw.FigureData) -> dict[str, draw.Figure]:
     """``loop``, ``radius`` and ``history``."""
     with (
         draw.new_figure(5.6, 4.2) as loop,
@@ -51,7 +45,7 @@ def soft_figures(data: draw.FigureData) -> dict[str, Figure]:
     return {"loop": loop, "radius": radius, "history": history}
 
 
-def zone_overview(data: draw.FigureData) -> Figure:
+def zone_overview(data: draw.FigureData) -> draw.Figure:
     """The contact in section, its force against depth, its radii, and its pressure, in one figure."""
     with draw.new_figure(10.4, 6.6) as figure:
         if data.field is None:
@@ -66,7 +60,7 @@ def zone_overview(data: draw.FigureData) -> Figure:
     return figure
 
 
-def zone_figures(data: draw.FigureData) -> dict[str, Figure]:
+def zone_figures(data: draw.FigureData) -> dict[str, draw.Figure]:
     """``section``, ``loop``, ``radius``, ``history`` and ``fields``."""
     return {"section": section(data), **soft_figures(data), "fields": adhesive_fields(data)}
 
@@ -79,7 +73,7 @@ def _across(data: draw.FigureData) -> str:
     return "travel" if "travel" in data.data else "indentation"
 
 
-def _draw_loop(axes: Axes, data: draw.FigureData) -> None:
+def _draw_loop(axes: draw.Axes, data: draw.FigureData) -> None:
     """Force against depth; if the bodies part in the end, the area of the loop is the work that it takes."""
     across = _across(data)
     _draw(axes, data, across, ("normal_force",))
@@ -95,7 +89,7 @@ def _draw_loop(axes: Axes, data: draw.FigureData) -> None:
     draw.legend_above(axes)
 
 
-def _draw(axes: Axes, data: draw.FigureData, across: str, names: tuple[str, ...]) -> None:
+def _draw(axes: draw.Axes, data: draw.FigureData, across: str, names: tuple[str, ...]) -> None:
     """Quantities of one unit against another one; those that the result lacks are left out."""
     names = tuple(name for name in names if name in data.data)
     x = data.data[across].values

@@ -13,13 +13,11 @@ from pymdr.units import FloatArray, from_si, good_unit
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
     from pymdr.interpretation.validity import Assumption
 
 
-def loop_study(studies: Sequence[tuple[float | None, xr.Dataset]]) -> Figure:
+def loop_study(studies: Sequence[tuple[float | None, xr.Dataset]]) -> draw.Figure:
     """
     Dissipation, damping ratio and stiffness of steady loops against their amplitude.
 
@@ -70,7 +68,7 @@ def loop_study(studies: Sequence[tuple[float | None, xr.Dataset]]) -> Figure:
     return figure
 
 
-def _draw_cubic(axes: Axes, x: FloatArray, y: FloatArray, sliding: FloatArray) -> None:
+def _draw_cubic(axes: draw.Axes, x: FloatArray, y: FloatArray, sliding: FloatArray) -> None:
     """The cubic law of small loops, from the smallest dissipating one."""
     first = int(np.flatnonzero(y > 0.0)[np.argmin(x[y > 0.0])])
     end = max(min(float(x.max()), float(sliding)), x[first])
@@ -80,7 +78,7 @@ def _draw_cubic(axes: Axes, x: FloatArray, y: FloatArray, sliding: FloatArray) -
         axes.plot(ends, cube, color=draw.GREY, lw=1.0, ls="--", label="cube of the amplitude")
 
 
-def columns_study(data: xr.Dataset, labels: Mapping[str, str]) -> Figure:
+def columns_study(data: xr.Dataset, labels: Mapping[str, str]) -> draw.Figure:
     """
     Columns of a study over its rows, a panel each.
 
@@ -107,7 +105,7 @@ def columns_study(data: xr.Dataset, labels: Mapping[str, str]) -> Figure:
     return figure
 
 
-def conditions_study(assumptions: Sequence[Assumption]) -> Figure:
+def conditions_study(assumptions: Sequence[Assumption]) -> draw.Figure:
     """Assumptions of a model, each relative to its limit."""
     with draw.new_figure(6.4, 1.2 + 0.35 * len(assumptions)) as figure:
         axes = figure.add_subplot()

@@ -13,8 +13,6 @@ from pymdr.units import FloatArray, from_si, good_unit
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _CURVES, _NAMED = 200, 8
 """Largest numbers of drawn curves, and of combinations in a legend."""
@@ -22,7 +20,7 @@ _STILL = 1e-9
 """Relative change of an indentation below which it stays the same."""
 
 
-def sweep_curves(data: xr.Dataset, name: str, parameters: Sequence[str]) -> Figure:
+def sweep_curves(data: xr.Dataset, name: str, parameters: Sequence[str]) -> draw.Figure:
     """
     A quantity along the path at every point of a grid, and its largest value against the first parameter.
 
@@ -61,7 +59,7 @@ def _moves(data: xr.Dataset) -> bool:
 
 
 def _draw_along(
-    axes: Axes, data: xr.Dataset, shown: FloatArray, across: str | None, parameters: Sequence[str]
+    axes: draw.Axes, data: xr.Dataset, shown: FloatArray, across: str | None, parameters: Sequence[str]
 ) -> None:
     from matplotlib import colormaps
 
@@ -93,7 +91,7 @@ def _draw_along(
     draw.legend_above(axes, parameter_label(parameters[0]))
 
 
-def _draw_over(axes: Axes, data: xr.Dataset, largest: FloatArray, parameters: Sequence[str]) -> None:
+def _draw_over(axes: draw.Axes, data: xr.Dataset, largest: FloatArray, parameters: Sequence[str]) -> None:
     first = data[parameters[0]]
     numeric = "units" in first.attrs
     x = np.asarray(first.values if numeric else np.arange(first.size), dtype=float)

@@ -12,15 +12,13 @@ from pymdr.units import FloatArray, from_si, good_unit, written
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _CURVES = 6
 """Largest number of dwells or speeds that are drawn."""
 _COLOURS = (draw.BLUE, draw.ORANGE, draw.GREEN)
 
 
-def pull_off_speeds(data: xr.Dataset, tests: Sequence[xr.Dataset]) -> Figure:
+def pull_off_speeds(data: xr.Dataset, tests: Sequence[xr.Dataset]) -> draw.Figure:
     """
     Force against depth at several speeds after the last dwell, largest pull with its limits, and effective work of adhesion, over the speed; over the dwell if there is one speed.
 
@@ -49,7 +47,7 @@ def _some(size: int) -> list[int]:
     return rows
 
 
-def _draw_tests(axes: Axes, speeds: FloatArray, tests: Sequence[xr.Dataset]) -> None:
+def _draw_tests(axes: draw.Axes, speeds: FloatArray, tests: Sequence[xr.Dataset]) -> None:
     """Force against depth while the bodies attract each other, one curve for every speed."""
     rows = _some(speeds.size)
     curves = []
@@ -71,7 +69,7 @@ def _draw_tests(axes: Axes, speeds: FloatArray, tests: Sequence[xr.Dataset]) -> 
     draw.legend_above(axes)
 
 
-def _draw(axes: Axes, data: xr.Dataset, name: str, along: str, other: str) -> None:
+def _draw(axes: draw.Axes, data: xr.Dataset, name: str, along: str, other: str) -> None:
     """A quantity over the speed or the dwell, one curve for every value of the other."""
     pulls = name == "largest_pull"
     values = (-data[name] if pulls else data[name]).transpose(other, along).values
@@ -110,7 +108,7 @@ def _draw(axes: Axes, data: xr.Dataset, name: str, along: str, other: str) -> No
     draw.legend_above(axes)
 
 
-def edge_work_figure(data: xr.Dataset) -> Figure:
+def edge_work_figure(data: xr.Dataset) -> draw.Figure:
     """
     Energy release rate over the speed of the edge, and the formula of a short zone with its limits; its difference over the length of the zone.
 

@@ -12,14 +12,12 @@ from pymdr.units import FloatArray, good_unit
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _PIXELS = 1024
 """Largest number of pixels drawn along a side."""
 
 
-def spectrum_study(heights: FloatArray, size: FloatArray, data: xr.Dataset, rings: xr.Dataset) -> Figure:
+def spectrum_study(heights: FloatArray, size: FloatArray, data: xr.Dataset, rings: xr.Dataset) -> draw.Figure:
     """
     A surface, and its spectrum with the fitted law.
 
@@ -53,7 +51,7 @@ def spectrum_study(heights: FloatArray, size: FloatArray, data: xr.Dataset, ring
     return figure
 
 
-def draw_heights(axes: Axes, heights: FloatArray, size: FloatArray) -> None:
+def draw_heights(axes: draw.Axes, heights: FloatArray, size: FloatArray) -> None:
     """Heights as colours; missing heights are white."""
     every = [-(-n // _PIXELS) for n in heights.shape]
     drawn = heights[:: every[0], :: every[1]]
@@ -75,7 +73,7 @@ def bump_study(
     centre: tuple[float, float],
     profile: tuple[FloatArray, FloatArray, FloatArray],
     curve: tuple[FloatArray, FloatArray],
-) -> Figure:
+) -> draw.Figure:
     """
     A surface with its apex, and the mean profile about it.
 

@@ -11,14 +11,12 @@ from pymdr.units import from_si, good_unit
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _SHOWN = 6
 """Largest number of worn profiles in a panel."""
 
 
-def wear_study(data: xr.Dataset, surface: xr.Dataset) -> Figure:
+def wear_study(data: xr.Dataset, surface: xr.Dataset) -> draw.Figure:
     """
     Worn profile and pressure at some numbers of cycles, and volume and radii over cycles.
 
@@ -70,7 +68,7 @@ def wear_study(data: xr.Dataset, surface: xr.Dataset) -> Figure:
     return figure
 
 
-def compared_wear(table: xr.Dataset, curves: xr.Dataset, surface: xr.Dataset) -> Figure:
+def compared_wear(table: xr.Dataset, curves: xr.Dataset, surface: xr.Dataset) -> draw.Figure:
     """
     Worn volume over cycles, and the depth of wear in the last row, by the method and by rings.
 
@@ -109,7 +107,7 @@ def _telling_rows(volume: np.ndarray) -> list[int]:
     return sorted({int(np.argmin(np.abs(volume - v))) for v in wanted})
 
 
-def _over_cycles(axes: Axes, data: xr.Dataset, names: dict[str, str], si: str) -> None:
+def _over_cycles(axes: draw.Axes, data: xr.Dataset, names: dict[str, str], si: str) -> None:
     """Columns over cycles, from the first row that has any."""
     cycles = data["cycles"].values
     counted = cycles > 0.0
@@ -124,7 +122,7 @@ def _over_cycles(axes: Axes, data: xr.Dataset, names: dict[str, str], si: str) -
     axes.set_ylabel(f"{what} ({draw.typeset_unit(unit)})")
 
 
-def fretting_log(loops: list[tuple[float, np.ndarray, np.ndarray]], data: xr.Dataset) -> Figure:
+def fretting_log(loops: list[tuple[float, np.ndarray, np.ndarray]], data: xr.Dataset) -> draw.Figure:
     """
     Loops of force against shift over cycles, with friction coefficient, stiffness and regime of every cycle.
 
@@ -178,7 +176,9 @@ def fretting_log(loops: list[tuple[float, np.ndarray, np.ndarray]], data: xr.Dat
     return figure
 
 
-def running_conditions_map(data: xr.Dataset, record: tuple[np.ndarray, np.ndarray] | None = None) -> Figure:
+def running_conditions_map(
+    data: xr.Dataset, record: tuple[np.ndarray, np.ndarray] | None = None
+) -> draw.Figure:
     """
     Load against amplitude of the shift, with the boundary of gross slip, and the path of a record.
 

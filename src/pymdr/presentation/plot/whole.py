@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pymdr.presentation.plot import shared as draw
@@ -11,11 +9,8 @@ from pymdr.presentation.plot.curves import curves, draw_curve, draw_pressure, fi
 from pymdr.presentation.plot.layers import layers
 from pymdr.presentation.plot.section import section, section_into
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
-
-def normal_overview(data: draw.FigureData) -> Figure:
+def normal_overview(data: draw.FigureData) -> draw.Figure:
     """
     The contact in section above its springs, with its curve or loop and a field, in one figure.
 
@@ -36,7 +31,7 @@ def normal_overview(data: draw.FigureData) -> Figure:
     return figure
 
 
-def normal_figures(data: draw.FigureData) -> dict[str, Figure]:
+def normal_figures(data: draw.FigureData) -> dict[str, draw.Figure]:
     """
     The figures of a result by name.
 
