@@ -5,6 +5,9 @@ Every message names the value, the limit and the remedy.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 
 class PymdrError(Exception):
     """Base of every error that pymdr raises on purpose.
@@ -131,3 +134,21 @@ class ConvergenceError(PymdrError, ArithmeticError):
 
 class MissingExtraError(PymdrError, ImportError):
     """An optional package is not installed; the message names the extra."""
+
+
+@contextmanager
+def errors_of_case(place: str) -> Iterator[None]:
+    """
+    Errors of pymdr become errors of a case that begin with their place.
+
+    Examples
+    --------
+    >>> with errors_of_case("[profile]"):
+    ...     raise ProblemError("Sphere.radius = -1: it must be above 0 m")
+    Traceback (most recent call last):
+    pymdr.errors.CaseError: [profile] Sphere.radius = -1: it must be above 0 m
+    """
+    try:
+        yield
+    except PymdrError as error:
+        raise CaseError(f"{place} {error}") from error

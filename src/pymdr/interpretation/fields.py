@@ -160,18 +160,8 @@ def gap(
 
     Parameters
     ----------
-    line : ElasticLine
-        Profile and modulus.
-    gap_function : callable
-        f(r).
-    d : float
-        Indentation in m.
-    a : float or Place
-        Contact radius in m.
-    edge_excess : float
-        d - g(a) in m.
-    r : array_like
-        Radii in m.
+    line, gap_function, d, a, edge_excess, r
+        As for :func:`normal_displacement`.
 
     Returns
     -------

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from pymdr.errors import CaseError, PymdrError
+from pymdr.errors import CaseError, errors_of_case
 from pymdr.independent.rings import Rings
 from pymdr.presentation.files import named_file
 from pymdr.problem.codec import (
@@ -71,10 +71,8 @@ def read_case(file: str | os.PathLike[str]) -> Case:
     """
     source = named_file(file, "read")
     plain = _tables(source)
-    try:
+    with errors_of_case(f"{source}:"):
         return case_of_tables(_with_tables(plain, source.parent), source)
-    except PymdrError as error:
-        raise CaseError(f"{source}: {error}") from error
 
 
 def case_of_tables(tables: Mapping[str, Any], file: Path = Path()) -> Case:
@@ -125,10 +123,8 @@ def read_tables(file: str | os.PathLike[str]) -> dict[str, Any]:
     """
     source = named_file(file, "read")
     plain = _tables(source)
-    try:
+    with errors_of_case(f"{source}:"):
         return _with_tables(plain, source.parent)
-    except PymdrError as error:
-        raise CaseError(f"{source}: {error}") from error
 
 
 def case_text(tables: Mapping[str, Any]) -> str:
@@ -191,7 +187,7 @@ def _toml(value: Any) -> str:
 
 def _check_output(name: str, wanted: Mapping[str, Any], contact: Contact, path: LoadingPath) -> None:
     """Refuse a table of :data:`OUTPUTS` whose values are none before anything is solved."""
-    try:
+    with errors_of_case(f"[{name}]:"):
         if name == "stress":
             _check_stress(wanted, contact, path)
         elif name == "fatigue":
@@ -204,8 +200,6 @@ def _check_output(name: str, wanted: Mapping[str, Any], contact: Contact, path: 
             values = wanted.get(key, [])
             for value in values if isinstance(values, list) else [values]:
                 to_si(value, "Pa", name=key)
-    except PymdrError as error:
-        raise CaseError(f"[{name}]: {error}") from error
 
 
 def _check_stress(wanted: Mapping[str, Any], contact: Contact, path: LoadingPath) -> None:
@@ -253,10 +247,8 @@ def read_contact(file: str | os.PathLike[str]) -> tuple[str, Contact]:
     """
     source = named_file(file, "read")
     plain = _tables(source)
-    try:
+    with errors_of_case(f"{source}:"):
         return decode_contact(_with_tables(plain, source.parent))
-    except PymdrError as error:
-        raise CaseError(f"{source}: {error}") from error
 
 
 def read_rough_case(file: str | os.PathLike[str]) -> RoughCase:
@@ -277,10 +269,8 @@ def read_rough_case(file: str | os.PathLike[str]) -> RoughCase:
     """
     source = named_file(file, "read")
     plain = _tables(source)
-    try:
+    with errors_of_case(f"{source}:"):
         return decode_rough(plain)
-    except PymdrError as error:
-        raise CaseError(f"{source}: {error}") from error
 
 
 def read_press_case(file: str | os.PathLike[str]) -> tuple[PressCase, Topography | RoughSurface]:
@@ -307,7 +297,7 @@ def read_press_case(file: str | os.PathLike[str]) -> tuple[PressCase, Topography
     """
     source = named_file(file, "read")
     plain = _tables(source)
-    try:
+    with errors_of_case(f"{source}:"):
         case = decode_press(plain)
         if isinstance(case.surface, RoughSurface):
             return case, case.surface
@@ -315,8 +305,6 @@ def read_press_case(file: str | os.PathLike[str]) -> tuple[PressCase, Topography
         from pymdr.workbench.topographies import read_topography
 
         return case, read_topography(source.parent / keys.pop("file"), keys.pop("channel", None), **keys)
-    except PymdrError as error:
-        raise CaseError(f"{source}: {error}") from error
 
 
 def read_machine_case(file: str | os.PathLike[str]) -> MachineCase:
@@ -337,10 +325,8 @@ def read_machine_case(file: str | os.PathLike[str]) -> MachineCase:
     """
     source = named_file(file, "read")
     plain = _tables(source)
-    try:
+    with errors_of_case(f"{source}:"):
         return decode_machine(_with_tables(plain, source.parent))
-    except PymdrError as error:
-        raise CaseError(f"{source}: {error}") from error
 
 
 def is_of_machine(file: str | os.PathLike[str]) -> bool:
@@ -412,10 +398,8 @@ def _with_samples(profile: dict[str, Any], folder: Path) -> dict[str, Any]:
     )
     _refuse_both(profile, known, "[profile]", content)
     file = _named(profile["file"], folder, "[profile]")
-    try:
+    with errors_of_case("[profile]"):
         columns = read(file)
-    except PymdrError as error:
-        raise CaseError(f"[profile] {error}") from error
     return {**{key: value for key, value in profile.items() if key != "file"}, **columns}
 
 
@@ -431,10 +415,8 @@ def _with_rheometry(body: dict[str, Any], folder: Path, table: str) -> dict[str,
         from pymdr.workbench.rheometry import fit_prony
 
         file = _named(law["file"], folder, where)
-        try:
+        with errors_of_case(where):
             series = fit_prony(file, poisson=body.get("poisson")).series
-        except PymdrError as error:
-            raise CaseError(f"{where} {error}") from error
         rest = {name: value for name, value in law.items() if name != "file"}
         terms = {"equilibrium": series.equilibrium, "moduli": series.moduli, "times": series.times}
         # the fitted series is always in shear
@@ -454,10 +436,8 @@ def _with_record(leg: dict[str, Any], folder: Path, index: int) -> dict[str, Any
 
     _refuse_both(leg, ("time", *CHANNELS), where, "the history")
     file = _named(leg["file"], folder, where)
-    try:
+    with errors_of_case(where):
         read = read_path(file, channels=leg.get("channels"))
-    except PymdrError as error:
-        raise CaseError(f"{where} {error}") from error
     named = ((name, getattr(read, name)) for name in ("time", *CHANNELS))
     columns = {name: values for name, values in named if values is not None}
     rest = {key: value for key, value in leg.items() if key not in ("file", "channels")}

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymdr.errors import CaseError, PathError, ProblemError, PymdrError, UnitError
+from pymdr.errors import CaseError, PathError, ProblemError, PymdrError, UnitError, errors_of_case
 from pymdr.interpretation.closure import error_of_force
 from pymdr.presentation.files import named_file
 from pymdr.problem.measured import Step
@@ -697,10 +697,8 @@ def _factor(source: Path, quantity: str, title: str) -> float:
         raise CaseError(
             f"{source}: column {title.strip()!r} has no unit; write for example '{title.strip()} [{si_unit}]'"
         )
-    try:
+    with errors_of_case(f"{source}:"):
         return to_si(f"1 {unit}", si_unit, name=f"unit of column {title.strip()!r}")
-    except UnitError as error:
-        raise CaseError(f"{source}: {error}") from error
 
 
 def _scaled(values: FloatArray, factor: float) -> FloatArray:

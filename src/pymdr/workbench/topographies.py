@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pymdr.errors import CaseError, FileError, MissingExtraError, ProblemError, UnitError
+from pymdr.errors import CaseError, FileError, MissingExtraError, errors_of_case
 from pymdr.presentation.files import named_file
 from pymdr.problem.topography import Topography, preparing
 from pymdr.units import ArrayQuantityLike, FloatArray, metres, shown
@@ -100,14 +100,12 @@ def read_topography(
             f"missing = {shown(missing)}: one of {', '.join(preparing.REMEDIES)} and keep is needed"
         )
     heights = _read(source, channel)
-    try:
+    with errors_of_case(f"{source}:"):
         surface = Topography(
             np.asarray(heights.heights, dtype=float) * height_factor(source, heights.unit, unit),
             _sides(source, heights.size, size),
             (heights.step,),
         )
-    except (ProblemError, UnitError) as error:
-        raise CaseError(f"{source}: {error}") from error
     if surface.missing.any() and missing != "keep":
         count = int(surface.missing.sum())
         if missing is None:

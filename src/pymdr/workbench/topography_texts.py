@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pymdr.errors import CaseError, UnitError
+from pymdr.errors import CaseError, errors_of_case
 from pymdr.units import FloatArray, metres, shown, to_si, to_si_array
 from pymdr.workbench.inputs import printable
 from pymdr.workbench.tables import decimal_points, read_grid_columns
@@ -64,10 +64,8 @@ def height_factor(source: Path, own: str | None, given: str | None) -> float:
         raise CaseError(f"{source}: no unit of the heights; {HOW}")
     if not isinstance(unit, str):
         raise CaseError(f"{source}: unit = {shown(unit)}; a text such as 'nm' is needed")
-    try:
+    with errors_of_case(f"{source}:"):
         return to_si(f"1 {unit}", "m", name="unit of the heights")
-    except UnitError as error:
-        raise CaseError(f"{source}: {error}") from error
 
 
 def of_array(source: Path, content: bytes) -> Read:
@@ -101,7 +99,7 @@ def of_text(source: Path, text: str) -> Read:
     }
     sides = None
     if "width" in header or "height" in header:
-        try:
+        with errors_of_case(f"{source}:"):
             sides = to_si_array(
                 [
                     header.get("width", header.get("height", "")),
@@ -110,8 +108,6 @@ def of_text(source: Path, text: str) -> Read:
                 "m",
                 name="Width, Height",
             )
-        except UnitError as error:
-            raise CaseError(f"{source}: {error}") from error
     try:
         rows = _matrix(source, lines, numbered)
     except CaseError as error:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from pymdr.errors import CaseError, FileError, PymdrError
+from pymdr.errors import CaseError, FileError, errors_of_case
 from pymdr.explore.model.choice import PARTS, Choice, Plain, chosen, short_text, with_entry
 from pymdr.problem.codec import tables
 from pymdr.problem.schedule import Progress
@@ -93,10 +93,8 @@ def of_file(file: Path) -> Choice:
         If it cannot be read or is not a valid case.
     """
     read = read_tables(file)
-    try:
+    with errors_of_case(f"{file}:"):
         case_of_tables(read)
-    except PymdrError as error:
-        raise CaseError(f"{file}: {error}") from error
     return chosen(read)
 
 

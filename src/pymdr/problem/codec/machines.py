@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from pymdr.errors import CaseError, PymdrError
+from pymdr.errors import CaseError, PymdrError, errors_of_case
 from pymdr.problem.codec.cases import decode_contact
 from pymdr.problem.codec.tables import MACHINE_BODIES, MACHINE_LINKS
 from pymdr.problem.contact import Contact
@@ -63,10 +63,8 @@ def decode_machine(plain: Mapping[str, Any]) -> MachineCase:
     title, contact = decode_contact({key: value for key, value in plain.items() if key != "machine"})
     bodies = _entries(table, "bodies", MACHINE_BODIES)
     links = _entries(table, "links", MACHINE_LINKS, contact)
-    try:
+    with errors_of_case("[machine]"):
         machine = Machine(bodies, links)
-    except PymdrError as error:
-        raise CaseError(f"[machine] {error}") from error
     options = {key: table[key] for key in ("duration", "steps", "accuracy") if key in table}
     return MachineCase(title, machine, options)
 
