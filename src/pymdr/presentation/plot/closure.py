@@ -78,12 +78,8 @@ def draw_points(axes: draw.Axes, data: draw.FigureData, curve: CurveData) -> Non
 def draw_stiffness(axes: draw.Axes, curve: CurveData) -> None:
     """The stiffness, which does not decrease."""
     d_unit, k_unit = good_unit(curve.depth, "m"), good_unit(curve.stiffness, "N/m")
-    axes.plot(
-        draw.lengths(curve.depth, d_unit),
-        draw.scaled(curve.stiffness, "normal_stiffness", k_unit),
-        color=draw.BLUE,
-        lw=1.5,
-    )
+    x, y = draw.lengths(curve.depth, d_unit), draw.scaled(curve.stiffness, "normal_stiffness", k_unit)
+    axes.plot(x, y, color=draw.BLUE, lw=1.5)
     axes.set_xlabel(draw.axis_label("indentation", d_unit))
     axes.set_ylabel(draw.axis_label("normal_stiffness", k_unit))
     axes.set_ylim(bottom=0.0)

@@ -215,15 +215,8 @@ def _draw_forces(panel: draw.Axes, table: xr.Dataset) -> None:
     for name, values in known.items():
         label, style, colour = forces[name]
         if np.isfinite(values).any():
-            panel.plot(
-                x,
-                draw.scaled(values, "normal_force", f_unit),
-                style,
-                color=colour,
-                lw=1.5,
-                label=label,
-                marker=".",
-            )
+            y = draw.scaled(values, "normal_force", f_unit)
+            panel.plot(x, y, style, color=colour, lw=1.5, label=label, marker=".")
     own = draw.scaled(force * table["normal_force_error"].values, "normal_force", f_unit)
     y = draw.scaled(force, "normal_force", f_unit)
     panel.errorbar(x, y, yerr=own, fmt="o", ms=5, mfc="none", color=draw.ORANGE, label="boundary elements")

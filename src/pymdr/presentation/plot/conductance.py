@@ -66,12 +66,8 @@ def _draw_fluxes(axes: draw.Axes, fluxes: Mapping[str, xr.DataArray]) -> None:
     r, values = flux["r"].values, flux.values
     unit = good_unit(r, "m")
     shown, factor = _readable(draw.without_peaks(values), QUANTITIES[name].unit)
-    axes.plot(
-        draw.lengths(r, unit),
-        factor * np.where(np.isfinite(values), values, math.nan),
-        color=draw.ORANGE,
-        lw=1.5,
-    )
+    y = factor * np.where(np.isfinite(values), values, math.nan)
+    axes.plot(draw.lengths(r, unit), y, color=draw.ORANGE, lw=1.5)
     draw.limit_peaks(axes, factor * draw.without_peaks(values))
     edge = draw.lengths(np.max(r[np.isinf(values)], initial=0.0), unit)
     axes.axvline(float(edge), color=draw.GREY, lw=0.9, ls=":")

@@ -47,13 +47,8 @@ def fitted_curves(data: xr.Dataset, captions: Sequence[str]) -> draw.Figure:
         _draw_measured(curve, x, y)
         model = np.asarray(from_si(data["model"].values, "N", newton))
         for one in np.unique(which):
-            curve.plot(
-                x[which == one],
-                model[which == one],
-                color=draw.BLUE,
-                lw=1.4,
-                label="model" if one == 0 else None,
-            )
+            label = "model" if one == 0 else None
+            curve.plot(x[which == one], model[which == one], color=draw.BLUE, lw=1.4, label=label)
         if not used.all():
             curve.plot(x[~used], y[~used], "x", color=draw.ORANGE, ms=5, label="left out")
         _name_axes(curve, along, own, force, newton)

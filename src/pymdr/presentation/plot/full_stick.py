@@ -43,15 +43,8 @@ def _draw(axes: draw.Axes, data: draw.FigureData, name: str) -> None:
             u[[row]], y[[row]], "x", color=draw.ORANGE, ms=8, mew=2, label="before slip" if k == 0 else None
         )
     if data.row >= 0:
-        axes.plot(
-            u[[data.row]],
-            y[[data.row]],
-            "o",
-            color=draw.GREY,
-            ms=6,
-            label=draw.row_name(data, data.row),
-            zorder=3,
-        )
+        label = draw.row_name(data, data.row)
+        axes.plot(u[[data.row]], y[[data.row]], "o", color=draw.GREY, ms=6, label=label, zorder=3)
     draw.draw_zero(axes)
     axes.set(xlabel=draw.axis_label("shift", u_unit), ylabel=draw.axis_label(name, unit))
     draw.legend_above(axes)

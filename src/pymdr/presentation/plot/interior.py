@@ -286,14 +286,8 @@ def _draw_lines(axes: Axes, lines: Sequence[tuple[str, xr.DataArray]], along: st
                 odd = -1.0 if component == "rz" else 1.0
                 at = np.concatenate([-x[:0:-1], x])
                 finite = np.concatenate([odd * finite[:0:-1], finite])
-            axes.plot(
-                at,
-                finite,
-                color=_LINES[component],
-                lw=1.3,
-                ls="--" if dashed else "-",
-                label=None if dashed else f"$\\sigma_{{{component}}}$",
-            )
+            dashes, label = "--" if dashed else "-", None if dashed else f"$\\sigma_{{{component}}}$"
+            axes.plot(at, finite, color=_LINES[component], lw=1.3, ls=dashes, label=label)
             seen.append(finite[np.isfinite(finite)])
     axes.axhline(0.0, color=draw.GREY, lw=0.6)
     axes.set_ylabel(draw.with_unit("stress $\\sigma$", scale.unit))

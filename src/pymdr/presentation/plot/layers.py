@@ -113,12 +113,8 @@ def _draw_stack(axes: draw.Axes, data: draw.FigureData) -> None:
     axes.fill_between(
         x, body, float(draw.lengths(np.array(highest), unit)), color=draw.BLUE, alpha=0.18, lw=0
     )
-    axes.plot(
-        x,
-        np.where(body < float(draw.lengths(np.array(highest), unit)), body, np.nan),
-        color=draw.BLUE,
-        lw=1.6,
-    )
+    y = np.where(body < float(draw.lengths(np.array(highest), unit)), body, np.nan)
+    axes.plot(x, y, color=draw.BLUE, lw=1.6)
     axes.set_aspect("equal")
     axes.set_xlim(float(x[0]), float(x[-1]))
     axes.set_ylim(bottom, float(draw.lengths(np.array(highest), unit)))

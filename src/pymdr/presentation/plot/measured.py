@@ -75,15 +75,8 @@ def _draw_record(
         for marks, marker, mark_label in _MARKS:
             where = getattr(one, marks)
             if where is not None and where.any():
-                axes.plot(
-                    x[where],
-                    y[where],
-                    marker,
-                    color="black",
-                    ms=4,
-                    mfc="none",
-                    label=None if mark_label in labelled else mark_label,
-                )
+                label = None if mark_label in labelled else mark_label
+                axes.plot(x[where], y[where], marker, color="black", ms=4, mfc="none", label=label)
                 labelled.add(mark_label)
     if baseline is not None:
         ends = np.array(
@@ -124,16 +117,8 @@ def _draw_beginning(
     axes.axvspan(
         *_ends((0.0, low - value, high - value), length), color=draw.LIGHT, alpha=0.6, lw=0, zorder=0
     )
-    axes.plot(
-        draw.lengths(x[rows], length),
-        y[rows],
-        ".",
-        color=draw.GREY,
-        ms=2.5,
-        alpha=0.6,
-        rasterized=True,
-        zorder=1,
-    )
+    moved = draw.lengths(x[rows], length)
+    axes.plot(moved, y[rows], ".", color=draw.GREY, ms=2.5, alpha=0.6, rasterized=True, zorder=1)
     # the limits show the force just above its noise
     noise = float(np.median(np.abs(np.diff(y))))
     before = y[x <= 0.0]

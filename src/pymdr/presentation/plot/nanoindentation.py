@@ -49,16 +49,8 @@ def indent_study(drawn: Drawn, data: xr.Dataset) -> draw.Figure:
                 np.asarray(from_si(row[name + end].values, "Pa", unit)) for end in ("", "_low", "_high")
             )
             place, bars = data["indent"].values + shift, [middle - low, high - middle]
-            right.errorbar(
-                place,
-                middle,
-                yerr=bars,
-                fmt="o",
-                color=colour,
-                ms=3,
-                capsize=2,
-                label=procedure.replace("_", " "),
-            )
+            label = procedure.replace("_", " ")
+            right.errorbar(place, middle, yerr=bars, fmt="o", color=colour, ms=3, capsize=2, label=label)
         symbol = "$E$" if name == "young_modulus" else r"$E/(1-\nu^2)$"
         right.set_ylabel(f"{symbol} with 95 % interval ({unit})")
         _indents_on(right, data)
@@ -89,13 +81,8 @@ def area_study(data: xr.Dataset) -> draw.Figure:
         left.plot(x, from_si(measured, "m^2", area_unit), "o", color=draw.BLUE, ms=3, label="indents")
         left.plot(x, from_si(fitted, "m^2", area_unit), color=draw.ORANGE, lw=1.0, label="area function")
         left.set_ylabel(draw.with_unit("contact area $A$", area_unit))
-        right.fill_between(
-            x,
-            100.0 * (low / fitted - 1.0),
-            100.0 * (high / fitted - 1.0),
-            color=draw.LIGHT,
-            label="95 % interval",
-        )
+        bottom, top = 100.0 * (low / fitted - 1.0), 100.0 * (high / fitted - 1.0)
+        right.fill_between(x, bottom, top, color=draw.LIGHT, label="95 % interval")
         right.plot(x, 100.0 * (measured / fitted - 1.0), "o", color=draw.BLUE, ms=3, label="indents")
         right.axhline(0.0, color=draw.ORANGE, lw=1.0)
         right.set_ylabel("deviation from the area function (%)")
@@ -186,12 +173,8 @@ def film_study(data: xr.Dataset) -> draw.Figure:
         left, right = figure.subplots(1, 2)
         y = from_si(data["reduced_modulus"].values, "Pa", unit)
         left.plot(x, y, "o", color=draw.BLUE, ms=3, label="measured")
-        left.plot(
-            x,
-            from_si(data["fitted_modulus"].values, "Pa", unit),
-            color=draw.ORANGE,
-            label="film on substrate",
-        )
+        y = from_si(data["fitted_modulus"].values, "Pa", unit)
+        left.plot(x, y, color=draw.ORANGE, label="film on substrate")
         left.set_ylabel(draw.with_unit("reduced modulus $E_r$", unit))
         y = from_si(data["film_modulus"].values, "Pa", film_unit)
         right.plot(x, y, "o", color=draw.BLUE, ms=3, label="each point alone")
@@ -238,12 +221,8 @@ def pop_in_study(records: Sequence[tuple[FloatArray, FloatArray]], data: xr.Data
         fraction = np.arange(force.size + bool(force.size)) / max(force.size, 1)
         right.step(np.append(force, force[-1:]), fraction, color=draw.BLUE, where="post", label="indents")
         if "strength_force" in data:
-            right.axvline(
-                float(from_si(float(data["strength_force"]), "N", unit)),
-                color=draw.ORANGE,
-                ls="--",
-                label="shear strength reached",
-            )
+            strength = float(from_si(float(data["strength_force"]), "N", unit))
+            right.axvline(strength, color=draw.ORANGE, ls="--", label="shear strength reached")
         right.set(xlabel=f"force of the first pop-in ({unit})", ylabel="fraction of the indents")
         right.set_ylim(0.0, 1.02)
         for axes in (left, right):

@@ -219,12 +219,8 @@ def _draw_springs(
     half = 0.28 * (x[1] - x[0])
     for xi, up in zip(x, head, strict=True):
         colour = draw.GREEN if up < 0.0 else draw.ORANGE if up > 0.0 else _FREE
-        axes.plot(
-            draw.lengths(xi + half * _ZIGZAG, x_unit),
-            draw.lengths(base + (up - base) * _ALONG, z_unit),
-            color=colour,
-            lw=0.8,
-        )
+        winding, along = xi + half * _ZIGZAG, base + (up - base) * _ALONG
+        axes.plot(draw.lengths(winding, x_unit), draw.lengths(along, z_unit), color=colour, lw=0.8)
     shown = np.where(tip <= top, tip, np.nan)
     xs = draw.lengths(np.concatenate([-fine[::-1], fine]), x_unit)
     axes.plot(xs, _mirrored(draw.lengths(shown, z_unit)), color=draw.BLUE, lw=1.6)

@@ -79,14 +79,8 @@ def _draw_along(
     named = set(np.linspace(0, count - 1, min(count, _NAMED)).round().astype(int).tolist())
     for line in which:
         first = int(np.unravel_index(line, shown.shape[:-1])[0])
-        axes.plot(
-            x[line],
-            lines[line],
-            color=colours[first],
-            lw=1.0,
-            marker="o" if lines.shape[1] == 1 else "",
-            label=names[first] if first in named else None,
-        )
+        few, label = "o" if lines.shape[1] == 1 else "", names[first] if first in named else None
+        axes.plot(x[line], lines[line], color=colours[first], lw=1.0, marker=few, label=label)
         named.discard(first)
     draw.legend_above(axes, parameter_label(parameters[0]))
 

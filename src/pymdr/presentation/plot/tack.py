@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -56,14 +56,9 @@ def _draw_tests(axes: draw.Axes, speeds: FloatArray, tests: Sequence[xr.Dataset]
         curves.append([tests[row][name].values[on] for name in ("indentation", "normal_force")])
     x_unit, unit = (good_unit(np.concatenate([one[i] for one in curves]), ("m", "N")[i]) for i in (0, 1))
     for k, (row, (depth, force)) in enumerate(zip(rows, curves, strict=True)):
-        axes.plot(
-            from_si(depth, "m", x_unit),
-            from_si(force, "N", unit),
-            color=_COLOURS[k % 3],
-            ls=("-", "--")[k // 3],
-            lw=1.4,
-            label=f"speed {written(float(speeds[row]), 'm', 3)}/s",
-        )
+        x, y, dashes = from_si(depth, "m", x_unit), from_si(force, "N", unit), ("-", "--")[k // 3]
+        label = f"speed {written(float(speeds[row]), 'm', 3)}/s"
+        axes.plot(x, y, color=_COLOURS[k % 3], ls=dashes, lw=1.4, label=label)
     draw.draw_zero(axes)
     axes.set(xlabel=draw.axis_label("indentation", x_unit), ylabel=draw.axis_label("normal_force", unit))
     draw.legend_above(axes)
@@ -80,16 +75,10 @@ def _draw(axes: draw.Axes, data: xr.Dataset, name: str, along: str, other: str) 
     for k, row in enumerate(rows):
         value = float(data[other].values[row])
         at = f"{written(value, 'm', 3)}/s" if other == "speed" else written(value, "s", 3)
-        axes.plot(
-            shown_x,
-            from_si(values[row], data[name].units, unit),
-            color=_COLOURS[k % 3],
-            ls=("-", "--")[k // 3],
-            lw=1.4,
-            marker="o" if x.size <= draw.MARKED_ROWS else None,
-            ms=3.5,
-            label=f"{other} {at}",
-        )
+        y = from_si(values[row], data[name].units, unit)
+        style: dict[str, Any] = {"color": _COLOURS[k % 3], "ls": ("-", "--")[k // 3], "lw": 1.4, "ms": 3.5}
+        few = "o" if x.size <= draw.MARKED_ROWS else None
+        axes.plot(shown_x, y, marker=few, label=f"{other} {at}", **style)
         if pulls and other == "dwell":
             fast = float(from_si(-float(data["fast_limit"].values[row]), "N", unit))
             axes.axhline(fast, color=_COLOURS[k % 3], ls=":", lw=1.0, label="fast limit" if k == 0 else None)
@@ -128,16 +117,7 @@ def edge_work_figure(data: xr.Dataset) -> draw.Figure:
         for number in np.unique(test).tolist():
             own = test == number
             left.plot(x[own], rates[own], color=draw.LIGHT, lw=1.2)
-        left.plot(
-            x[~holds],
-            rates[~holds],
-            ls="",
-            marker="o",
-            ms=2.5,
-            color=draw.GREY,
-            mfc="none",
-            label="other rows",
-        )
+        left.plot(x[~holds], rates[~holds], "o", ms=2.5, color=draw.GREY, mfc="none", label="other rows")
         left.plot(x[holds], rates[holds], ls="", marker="o", ms=2.5, color=draw.BLUE, label="within 10 %")
         order = np.argsort(x)
         left.plot(x[order], expected[order], color=draw.ORANGE, lw=1.4, label="short zone")
@@ -153,14 +133,7 @@ def edge_work_figure(data: xr.Dataset) -> draw.Figure:
             (steady, draw.BLUE, "by more"),
         ):
             right.plot(
-                fraction[chosen],
-                difference[chosen],
-                ls="",
-                marker="o",
-                ms=2.5,
-                mfc="none",
-                color=colour,
-                label=label,
+                fraction[chosen], difference[chosen], "o", ms=2.5, mfc="none", color=colour, label=label
             )
         right.axhline(0.1, color=draw.GREY, ls="--", lw=1.0)
         right.set(xscale="log", yscale="log", ylim=(1e-3, 2.0))
