@@ -328,9 +328,5 @@ def without_torn_rows(claims: Mapping[str, Claim], torn: BoolArray) -> dict[str,
 
 def energy_assumption(residual: float, limit: float = 1e-8) -> Assumption:
     """The residual of the energy balance as an assumption; with memory, dissipation includes that of the bodies."""
-    return Assumption(
-        "energy balance",
-        "relative residual; work minus change of energy and dissipation" + " in jumps" * (limit <= 1e-8),
-        residual,
-        limit,
-    )
+    balance = "relative residual; work minus change of energy and dissipation" + " in jumps" * (limit <= 1e-8)
+    return Assumption("energy balance", balance, residual, limit)

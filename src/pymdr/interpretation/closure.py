@@ -119,12 +119,9 @@ def _of_curve(
         reason_of_law = f"{_MEMORY}; {reason_of_law}" if level is Level.APPROXIMATE else _MEMORY
         if remembered.any():
             reason_of_law, level = f"{reason_of_law}; {_REGROWN}", Level.APPROXIMATE
-    own = replace(
-        claim,
-        level=level,
-        reason=f"{ASSUMED}. {reason_of_law[:1].upper()}{reason_of_law[1:]}",
-        source=f"{claim.source}; {SOURCES['closure']}",
-    )
+    words = f"{ASSUMED}. {reason_of_law[:1].upper()}{reason_of_law[1:]}"
+    sources = f"{claim.source}; {SOURCES['closure']}"
+    own = replace(claim, level=level, reason=words, source=sources)
     total = total_error(error, claim.error)
     whole = (error if total is None else total) + np.nan_to_num(given)
     where = claim.where & ((whole < 1.0) | known)

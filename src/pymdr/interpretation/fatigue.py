@@ -260,13 +260,8 @@ def stress_cycle(
         for one in (load.shear, load.twist):
             if one is not None:
                 marks += sorted({segment.anchor for segment in one.segments})
-    cycle = StressCycle(
-        interior.solid,
-        interior.sign,
-        tuple(loads),
-        tuple(np.unique(marks).tolist()),
-        None if backgrounds is None else tuple(backgrounds),
-    )
+    places, added = tuple(np.unique(marks).tolist()), None if backgrounds is None else tuple(backgrounds)
+    cycle = StressCycle(interior.solid, interior.sign, tuple(loads), places, added)
     if not cycle.radius > 0.0:
         raise NotValidError(
             "fatigue is not valid here: the bodies do not touch in these rows; give steps= with rows in contact"

@@ -450,13 +450,8 @@ def check_memory(surface: MemorySurface, force: FloatArray | None) -> MemoryChec
     names = ("pressure", "normal_displacement", "gap")
     by_field = np.array(errors).reshape(-1, 3)
     tension, overlap = np.array(extremes).reshape(-1, 2).T
-    return MemoryCheck(
-        np.array(rows, dtype=int),
-        tension,
-        overlap,
-        dict(zip(names, by_field.T, strict=True)),
-        np.array(doubts).reshape(-1, 2),
-    )
+    by_name = dict(zip(names, by_field.T, strict=True))
+    return MemoryCheck(np.array(rows, dtype=int), tension, overlap, by_name, np.array(doubts).reshape(-1, 2))
 
 
 def _replayed(state: LineState, row: int, force: FloatArray) -> float:

@@ -214,12 +214,9 @@ def rolling_claims(
 
     force = claim("creep_force", reason)
     on_line = f"for the springs, not for the surface: {reason}"
-    local = Claim(
-        Level.NOT_VALID,
-        "springs along one line do not determine the distribution of slip over a rolling contact; only the force is given",
-        SOURCES["popov-hess"],
-        np.zeros(everywhere.shape, dtype=bool),
-    )
+    unknown = "springs along one line do not determine the distribution of slip over a rolling contact; only the force is given"
+    nowhere = np.zeros(everywhere.shape, dtype=bool)
+    local = Claim(Level.NOT_VALID, unknown, SOURCES["popov-hess"], nowhere)
     return {
         "creep_force": force,
         "traction_coefficient": force,

@@ -63,12 +63,8 @@ def torsional_claims(
     error : ndarray
         Bound of the error of the torque where there is an excess, of its own value.
     """
-    normal = Claim(
-        Level.EXACT,
-        "exact for elastic half-spaces in contact on a disk: torsion displaces neither along the axis nor along the radius",
-        SOURCES["sneddon"],
-        everywhere,
-    )
+    reason = "exact for elastic half-spaces in contact on a disk: torsion displaces neither along the axis nor along the radius"
+    normal = Claim(Level.EXACT, reason, SOURCES["sneddon"], everywhere)
     reason = "exact for elastic half-spaces of any Poisson's ratio: what slips is an outer ring, and the traction inside is below mu p"
     if not np.any(excess > 0.0):
         turned = Claim(Level.EXACT, reason, SOURCES["lubkin"], everywhere)

@@ -412,12 +412,9 @@ def normal_claims(
 
 def bound_claim(disk: BoolArray) -> Claim:
     """Claim of the lower bound of the force on half-spaces."""
-    return Claim(
-        Level.EXACT,
-        "a rigorous lower bound of the normal force for any profile",
-        SOURCES["barber"],
-        np.ones(disk.shape, dtype=bool),
-    )
+    reason = "a rigorous lower bound of the normal force for any profile"
+    everywhere = np.ones(disk.shape, dtype=bool)
+    return Claim(Level.EXACT, reason, SOURCES["barber"], everywhere)
 
 
 def with_prescribed(

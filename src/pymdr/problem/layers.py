@@ -123,13 +123,8 @@ class Layered(Material):
             self._refuse_several_relaxations()
         moduli = [solid.young for solid in (*self.solids, self.base) if isinstance(solid, Elastic)]
         _refuse_ratio("Young's moduli", moduli, "Pa", _STIFFEST, "use Rigid() for the stiffest part")
-        _refuse_ratio(
-            "thicknesses",
-            [layer.thickness for layer in self.layers],
-            "m",
-            _THICKEST,
-            "leave the thinnest out",
-        )
+        thicknesses = [layer.thickness for layer in self.layers]
+        _refuse_ratio("thicknesses", thicknesses, "m", _THICKEST, "leave the thinnest out")
 
     @property
     def half_space(self) -> bool:

@@ -223,15 +223,12 @@ class Prony(SpringsAndDashpots):
         >>> round(series.times[0], 9), round(series.moduli[0], 3)
         (np.float64(0.2), np.float64(300000.0))
         """
-        return cls._fitted(
-            Measured(
-                to_si_array(time, "s", name="time"),
-                (to_si_array(modulus, "Pa", name="modulus"),),
-                "from_relaxation",
-            ),
-            terms,
-            noise,
+        measured = Measured(
+            to_si_array(time, "s", name="time"),
+            (to_si_array(modulus, "Pa", name="modulus"),),
+            "from_relaxation",
         )
+        return cls._fitted(measured, terms, noise)
 
     @classmethod
     def from_dma(

@@ -178,19 +178,13 @@ def bench_lammps(progress: Callable[[int, int], None] | None = None) -> LammpsCo
             curves[case.name] = pair
         if progress is not None:
             progress(i, len(cases))
-    names = [name for name in LammpsComparison.columns if name != "case"]
+    columns = {
+        name: ("case", [row.get(name, math.nan) for row in rows], {"units": column.unit})
+        for name, column in LammpsComparison.columns.items()
+        if name != "case"
+    }
     return LammpsComparison(
-        data=xr.Dataset(
-            {
-                name: (
-                    "case",
-                    [row.get(name, math.nan) for row in rows],
-                    {"units": LammpsComparison.columns[name].unit},
-                )
-                for name in names
-            },
-            coords={"case": [row["case"] for row in rows]},
-        ),
+        data=xr.Dataset(columns, coords={"case": [row["case"] for row in rows]}),
         curves=curves | _series(cases, rows),
         notes=(
             version_of(program),

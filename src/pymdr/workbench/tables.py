@@ -234,13 +234,8 @@ def read_curve_columns(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
     FileError, CaseError
         As :func:`read_columns`.
     """
-    columns = _read(
-        file,
-        {**_CURVE, **_CURVE_ERRORS},
-        ("indentation", "normal_force"),
-        "d [nm], F [uN]",
-        tuple(_CURVE_ERRORS),
-    )
+    names = {**_CURVE, **_CURVE_ERRORS}
+    columns = _read(file, names, ("indentation", "normal_force"), "d [nm], F [uN]", tuple(_CURVE_ERRORS))
     depth, force = columns["indentation"], columns["normal_force"]
     if not any(name in columns for name in _CURVE_ERRORS):
         return {"indentation": depth, "force": force}

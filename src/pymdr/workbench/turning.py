@@ -120,12 +120,9 @@ def verify_torsion(
         raise PathError("verify: the bodies do not touch in any row; give a path that presses them")
     edges = np.linspace(0.0, 1.02 * top, rings + 1)
     other = _followed(contact, edges, depths, twists, progress)
+    curves = _curves(contact, depths, twists)
     return TorsionVerification(
-        contact=contact,
-        data=_table(mdr, other),
-        tractions=_tractions(mdr, other),
-        curves=_curves(contact, depths, twists),
-        rings=rings,
+        contact=contact, data=_table(mdr, other), tractions=_tractions(mdr, other), curves=curves, rings=rings
     )
 
 

@@ -187,13 +187,8 @@ def verify(
     rows = np.arange(chosen.size)
     rings = _ring_state(ring)
     table = _table(mdr, rings, rows, [name for name in COMPARED if name != "indentation"])
-    return Verification(
-        data=table,
-        pressures=_pressures(mdr, rings, rows),
-        subsurface=compare_subsurface(mdr, rows),
-        rings=solver.n,
-        contact=contact,
-    )
+    pressures, stress = _pressures(mdr, rings, rows), compare_subsurface(mdr, rows)
+    return Verification(data=table, pressures=pressures, subsurface=stress, rings=solver.n, contact=contact)
 
 
 def _refuse_without_solver(contact: Contact) -> None:

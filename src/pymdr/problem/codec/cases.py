@@ -147,12 +147,9 @@ def decode_rough(plain: Mapping[str, Any]) -> RoughCase:
     _refuse_other_bodies(plain)
     import_kinds(plain)
     refuse_invalid(plain, rough_adapter())
-    return RoughCase(
-        str(plain.get("title", "")),
-        _build("surface", RoughSurface, plain["surface"]),
-        *_bodies(plain),
-        plain["ball"]["radius"] if "ball" in plain else None,
-    )
+    surface = _build("surface", RoughSurface, plain["surface"])
+    radius = plain["ball"]["radius"] if "ball" in plain else None
+    return RoughCase(str(plain.get("title", "")), surface, *_bodies(plain), radius)
 
 
 def decode_press(plain: Mapping[str, Any]) -> PressCase:
@@ -199,12 +196,8 @@ def decode_press(plain: Mapping[str, Any]) -> PressCase:
     _refuse_other_bodies(plain)
     import_kinds(plain)
     refuse_invalid(plain, press_adapter())
-    return PressCase(
-        str(plain.get("title", "")),
-        dict(surface) if measured else _build("surface", RoughSurface, surface),
-        *_bodies(plain),
-        bool(plain.get("punch", False)),
-    )
+    heights = dict(surface) if measured else _build("surface", RoughSurface, surface)
+    return PressCase(str(plain.get("title", "")), heights, *_bodies(plain), bool(plain.get("punch", False)))
 
 
 def _refuse_other_bodies(plain: Mapping[str, Any]) -> None:

@@ -198,13 +198,8 @@ def _fitted(
         raise ProblemError("--over-indentation is for single records; fit one curve of the map")
     if origins.pop("shift_origin") is not None:
         raise ProblemError("--shift-origin needs a case with friction; use --contact-point for force curves")
-    return _map(
-        contact,
-        curves,
-        free,
-        {**origins, **options, "workers": workers, "progress": stage("fitting")},
-        output,
-    )
+    chosen = {**origins, **options, "workers": workers, "progress": stage("fitting")}
+    return _map(contact, curves, free, chosen, output)
 
 
 def _is_folder(files: Sequence[Path]) -> bool:
@@ -241,14 +236,9 @@ def _each(
         keep_signs=settings["keep_signs"] or None,
         **reading,
     )
+    progress = stage("fitting")
     fitted = fit_each(
-        contact,
-        read.curves,
-        free,
-        groups=read.groups,
-        excluded=read.excluded,
-        progress=stage("fitting"),
-        **options,
+        contact, read.curves, free, groups=read.groups, excluded=read.excluded, progress=progress, **options
     )
     written = write_study(fitted, output, "fit")
     if output is not None:

@@ -99,13 +99,9 @@ def nanoindent(
         known = _calibrated(settings, procedure)
         read = _read(records)
         first, indents = _corrected(read, drift, hold)
-        study = oliver_pharr(
-            indents,
-            known or _area_function(area, area_unit, area_table, read),
-            frame_compliance=None if known else frame_compliance,
-            poisson=poisson,
-            **procedure,
-        )
+        used_area = known or _area_function(area, area_unit, area_table, read)
+        compliance = None if known else frame_compliance
+        study = oliver_pharr(indents, used_area, frame_compliance=compliance, poisson=poisson, **procedure)
         return [*_named("area", known), *first, ("nanoindent", study)]
 
     _report("nanoindent", records, studies, settings)
@@ -183,13 +179,8 @@ def stiffness(
         made = [*_named("area", known), *first, ("continuous_stiffness", profile)]
         if film_thickness is not None and substrate is not None:
             value, error = with_uncertainty(film_thickness)
-            film = film_modulus(
-                profile,
-                value,
-                _substrate(substrate),
-                thickness_error=error or 0.0,
-                widths=_numbers("widths", widths, "0 3"),
-            )
+            base, spread, fitted = _substrate(substrate), error or 0.0, _numbers("widths", widths, "0 3")
+            film = film_modulus(profile, value, base, thickness_error=spread, widths=fitted)
             made.append(("film", film))
         return made
 

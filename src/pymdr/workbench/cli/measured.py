@@ -186,13 +186,9 @@ def topography(
     def surface() -> Topography:
         trend = detrend or ("none" if profile else "plane")
         number = int(channel) if channel is not None and channel.isdecimal() else channel
+        subtracted = None if trend == "none" else trend
         return read_topography(
-            file,
-            number,
-            size=size or None,
-            unit=unit,
-            missing=missing,
-            detrend=None if trend == "none" else trend,
+            file, number, size=size or None, unit=unit, missing=missing, detrend=subtracted
         )
 
     def analysed() -> tuple[str, Study]:

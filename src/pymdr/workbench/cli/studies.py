@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 
 NormalForce = Annotated[str | None, typer.Option(help="Constant load, such as '1 N'.")]
 Indentation = Annotated[str | None, typer.Option(help="Constant indentation instead, such as '10 um'.")]
+Side = Annotated[
+    str | None, typer.Option(help="Side: body or counterbody; by default the first whose stress is known.")
+]
 Speeds = Annotated[
     list[str], typer.Option(help="Sliding speed, such as '1 mm/s', or several: '1 mm/s, 2 mm/s'.")
 ]
@@ -102,10 +105,7 @@ def yields(
     bond_strength: Annotated[
         str | None, typer.Option(help="Shear strength of the interfaces of layers, such as '300 MPa'.")
     ] = None,
-    side: Annotated[
-        str | None,
-        typer.Option(help="Side: body or counterbody; by default the first whose stress is known."),
-    ] = None,
+    side: Side = None,
     force_ratio: Annotated[
         float | None, typer.Option(help="With friction: tangential over normal force; sliding unless given.")
     ] = None,
@@ -133,10 +133,7 @@ def shakedown(
         list[str] | None,
         typer.Option(help="Tangential over normal force, or several: '0, 0.1, 0.2'; sliding unless given."),
     ] = None,
-    side: Annotated[
-        str | None,
-        typer.Option(help="Side: body or counterbody; by default the first whose stress is known."),
-    ] = None,
+    side: Side = None,
 ) -> tuple[str, Study]:
     """Load of shakedown in rolling and sliding; needs no [[path]]."""
     from pymdr.solving.shakedown import shakedown as limits_of
@@ -210,10 +207,7 @@ def fatigue(
     bulk_amplitude: Annotated[
         str | None, typer.Option(help="Bulk stress in phase with the tangential force, such as '80 MPa'.")
     ] = None,
-    side: Annotated[
-        str | None,
-        typer.Option(help="Side: body or counterbody; by default the first whose stress is known."),
-    ] = None,
+    side: Side = None,
 ) -> tuple[str, Study]:
     """Fatigue over the last cycle of the path: place and plane."""
     from pymdr.solving.fatigue import criterion_of, cycled_bulk

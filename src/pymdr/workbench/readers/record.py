@@ -251,16 +251,9 @@ def _calibrated(
         )
     if given is not None and own is not None and given != own:
         factor = given / own
-        curve = replace(
-            curve,
-            force=curve.force * factor,
-            step=Step(
-                "sensitivity",
-                f"{written(given, 'm/V')} in place of {written(own, 'm/V')}, and all forces times {factor:.4g}",
-                Facts({"sensitivity": given, "factor": factor}),
-            ),
-            before=curve,
-        )
+        text = f"{written(given, 'm/V')} in place of {written(own, 'm/V')}, and all forces times {factor:.4g}"
+        step = Step("sensitivity", text, Facts({"sensitivity": given, "factor": factor}))
+        curve = replace(curve, force=curve.force * factor, step=step, before=curve)
     constant = calibration.spring_constant
     if constant is not None and curve.spring_constant not in (None, constant):
         curve = curve.recalibrate(constant)
