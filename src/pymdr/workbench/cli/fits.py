@@ -29,11 +29,8 @@ from pymdr.workbench.cli.reporting import (
     Stage,
     columns_of,
     failures_as_json,
-    print_json,
-    print_report,
-    report,
+    report_answer,
     stages,
-    validity_of,
 )
 
 if TYPE_CHECKING:
@@ -44,6 +41,10 @@ if TYPE_CHECKING:
     from pymdr.solving.fits import FitResult, FittedCurves, FittedMap
     from pymdr.solving.workers import Workers
     from pymdr.units import QuantityLike
+
+
+_NOT_SETTINGS = ("report_file", "workers", "cluster", "output", "quiet", "as_json")
+"""Options of a fit that its report does not list."""
 
 
 def fit(
@@ -102,45 +103,19 @@ def fit(
     With -o a table and a figure are written; a map is also stored in DIR/fit.zarr, where an interrupted fit resumes. The curves of a folder are
     fitted one by one, with statistics of the samples.
     """
+    given = {"records" if name == "curve" else name: value for name, value in locals().items()}
+    settings = {name: value for name, value in given.items() if name not in _NOT_SETTINGS}
     from pymdr.workbench.casefile import read_contact
 
-    origins = {"contact_point": contact_point, "shift_origin": shift_origin, "baseline": baseline}
-    settings: dict[str, Any] = {
-        "case": case,
-        "records": curve,
-        "free": free,
-        "spring_constant": spring_constant,
-        "sensitivity": sensitivity,
-        "leave_out_missing": leave_out_missing,
-        **origins,
-        "max_indentation": max_indentation,
-        "max_force": max_force,
-        "uncertainty": uncertainty,
-        "over_indentation": over_indentation,
-        "segment": segment,
-        "keep_signs": keep_signs,
-        "groups": groups,
-    }
     with failures_as_json("fit", case, as_json):
         title, contact = read_contact(case)
         with stages(quiet or as_json) as stage, at_work(workers, cluster) as workforce:
             fitted, written = _fitted(contact, curve, free, settings, workforce, stage, output)
         written += write_report(fitted, report_file, title or f"Fit of {case.stem}", settings)
-    if as_json:
-        print_json(
-            report(
-                "fit",
-                case,
-                written,
-                title=title,
-                status="COMPLETED",
-                references=list(fitted.cite()),
-                **_plain(fitted),
-                **validity_of(fitted),
-            )
-        )
-    elif not quiet:
-        print_report(title or str(case), fitted.summary(), written)
+    references = list(fitted.cite())
+    report_answer(
+        "fit", case, title, fitted, written, quiet, as_json, references=references, **_plain(fitted)
+    )
 
 
 def _fitted(
