@@ -69,7 +69,7 @@ def names(node):
             yield part.attr
 
 
-PUZZLING = {"told", "tell", "asked", "apart", "ways", "ground", "hanging", "sideways", "found"}
+PUZZLING = {"told", "tell", "asked", "apart", "ways", "ground", "hanging", "sideways", "found", "room", "held"}
 """Parts of names that do not say what a value is: verb forms, and words that are no terms of the field."""
 
 

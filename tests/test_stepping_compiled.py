@@ -78,7 +78,7 @@ def test_a_loop_of_another_program():
 
 def test_a_stack_without_room_leaves_the_step_to_the_stepper():
     stepper = mdr.Stepper(BALL, DEEPEST)
-    step, body, states = stepper.compiled(room=16)
+    step, body, states = stepper.compiled(capacity=16)
     place, left = 1e-6, 0
     for _ in range(40):  # ever smaller turns: no turning point is forgotten
         ending, _, _ = step(body, states, 0, 1e-5, place)
@@ -94,7 +94,7 @@ def test_a_stack_without_room_leaves_the_step_to_the_stepper():
 
 
 @pytest.mark.parametrize(
-    ("contact", "room", "words"),
+    ("contact", "capacity", "words"),
     [
         (BALL, 7, "from 8 to 65536"),
         (
@@ -106,6 +106,6 @@ def test_a_stack_without_room_leaves_the_step_to_the_stepper():
         ),
     ],
 )
-def test_refusals(contact, room, words):
+def test_refusals(contact, capacity, words):
     with pytest.raises(mdr.ProblemError, match=words):
-        mdr.Stepper(contact, "10 um").compiled(room=room)
+        mdr.Stepper(contact, "10 um").compiled(capacity=capacity)

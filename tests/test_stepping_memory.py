@@ -177,8 +177,8 @@ def test_a_held_contact_relaxes():
     stepper = mdr.Stepper(ball(), "100 um")
     sudden = stepper.advance(5e-5, duration=0.0).normal
     kernel = RUBBER.relaxation(np.array([0.0, 0.3]))
-    held = stepper.advance(5e-5, duration=0.3).normal
-    assert held / sudden == pytest.approx(kernel[1] / kernel[0], rel=1e-12)
+    relaxed = stepper.advance(5e-5, duration=0.3).normal
+    assert relaxed / sudden == pytest.approx(kernel[1] / kernel[0], rel=1e-12)
     work = stepper.elastic_energy + stepper.dissipated_energy
     stepper.undo()
     assert stepper.normal_force == sudden

@@ -353,8 +353,8 @@ def _integrated(waves: _Waves, wanted: _Wanted, per_wave: FloatArray) -> FloatAr
         return np.concatenate(list(parts), axis=1)
     # waves that do not reach the points are left out
     tops = waves.stack.tops
-    way = depths[0] if wanted.layer > 0 else 2.0 * tops[1] - depths[-1]
-    count = int(np.searchsorted(waves.stack.k, _END / way))
+    path = depths[0] if wanted.layer > 0 else 2.0 * tops[1] - depths[-1]
+    count = int(np.searchsorted(waves.stack.k, _END / path))
     k, weight = waves.stack.k[:count], (waves.weight * per_wave)[:count]
     total = np.zeros((len(wanted.kinds), radii.size, depths.size))
     block = max(1, _BLOCK // max(radii.size, 4 * depths.size))

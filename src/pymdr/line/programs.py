@@ -125,7 +125,7 @@ def on_ball(
 
 
 @singledispatch
-def compiled_of(contacts: Moved, deepest: float, room: int) -> CompiledStep:
+def compiled_of(contacts: Moved, deepest: float, capacity: int) -> CompiledStep:
     """
     The compiled step of contacts.
 
@@ -134,8 +134,8 @@ def compiled_of(contacts: Moved, deepest: float, room: int) -> CompiledStep:
     contacts : Moved
     deepest : float
         The largest indentation in m.
-    room : int
-        Turning points for which every stack gets room.
+    capacity : int
+        Number of turning points that every stack can hold.
 
     Raises
     ------
@@ -149,30 +149,30 @@ def compiled_of(contacts: Moved, deepest: float, room: int) -> CompiledStep:
 
 
 @compiled_of.register
-def _(contacts: Stacks, deepest: float, room: int) -> CompiledStep:
-    contacts.grow(room)
+def _(contacts: Stacks, deepest: float, capacity: int) -> CompiledStep:
+    contacts.grow(capacity)
     step = along_line if contacts.slips else without_slip
     return CompiledStep(step, (deepest, contacts.moves, *contacts.body), contacts.arrays)
 
 
 @compiled_of.register
-def _(contacts: PlaneContacts, deepest: float, room: int) -> CompiledStep:
-    normal = compiled_of(contacts.normal, deepest, room)
+def _(contacts: PlaneContacts, deepest: float, capacity: int) -> CompiledStep:
+    normal = compiled_of(contacts.normal, deepest, capacity)
     return CompiledStep(in_plane, (normal.body, *contacts.body, contacts.slips), contacts.arrays)
 
 
 @compiled_of.register
-def _(contacts: Branches, deepest: float, room: int) -> CompiledStep:
+def _(contacts: Branches, deepest: float, capacity: int) -> CompiledStep:
     return CompiledStep(on_branches, (deepest, contacts.rows), contacts.arrays)
 
 
 @compiled_of.register
-def _(contacts: RestingBranches, deepest: float, room: int) -> CompiledStep:
+def _(contacts: RestingBranches, deepest: float, capacity: int) -> CompiledStep:
     return CompiledStep(on_resting_branches, (deepest, *contacts.both), contacts.arrays)
 
 
 @compiled_of.register
-def _(contacts: YieldingContacts, deepest: float, room: int) -> CompiledStep:
+def _(contacts: YieldingContacts, deepest: float, capacity: int) -> CompiledStep:
     if contacts.adhesive:
-        compiled_of.dispatch(Moved)(contacts, deepest, room)
+        compiled_of.dispatch(Moved)(contacts, deepest, capacity)
     return CompiledStep(on_ball, (deepest, contacts.body), contacts.arrays)

@@ -16,7 +16,7 @@ _MOLAR_MASS = 18.01528e-3
 """Of water in kg/mol."""
 _CRITICAL = 647.096
 """Critical temperature of water in K."""
-_ROOM = 293.15
+_ROOM_TEMPERATURE = 293.15
 _COLDEST, _HOTTEST = 273.15, 423.15
 _DENSITY = (999.83952, 16.945176, -7.9870401e-3, -46.170461e-6, 105.56302e-9, -280.54253e-12)
 
@@ -139,7 +139,7 @@ class Capillary(AdhesionLaw):
         "", above=0.0, below=1.0, description="relative humidity of the vapour"
     )
     kelvin_radius: OptionalSIField = OptionalSIField("m", above=0.0, description="radius of the meniscus")
-    temperature: SIField = SIField("K", above=0.0, default=_ROOM, description="temperature")
+    temperature: SIField = SIField("K", above=0.0, default=_ROOM_TEMPERATURE, description="temperature")
     molar_volume: OptionalSIField = OptionalSIField(
         "m^3/mol", above=0.0, description="molar volume of the liquid"
     )

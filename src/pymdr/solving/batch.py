@@ -22,7 +22,7 @@ from pymdr.problem.schedule import Progress
 from pymdr.result import Result
 from pymdr.solving.verb import solve
 from pymdr.solving.workers import (
-    LOST_WORKERS,
+    ENDED_WORKERS,
     Workers,
     checked_workers,
     cores_of,
@@ -211,7 +211,7 @@ def _solve_in_processes(
                 try:
                     received = _received(parcel.result())
                 except BrokenProcessPool as error:
-                    raise ProblemError(f"workers = {workers}: {LOST_WORKERS}") from error
+                    raise ProblemError(f"workers = {workers}: {ENDED_WORKERS}") from error
                 for i, answer in zip(block, received, strict=True):
                     answers[i] = _with_its_own(answer, requests[i])
                 waits = False

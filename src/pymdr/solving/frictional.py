@@ -306,8 +306,8 @@ class _FrictionLaw:
             d = self._depths(leg, np.array([-1]))
         force = float(leg.normal[-1]) if leg.by_normal_force else float(self._forces(d)[0])
         if self.glides:
-            lost = dict.fromkeys(("shift", "tangential_force"), math.nan)
-            return channels_at(float(d[0]), force, self.machine_stiffness) | lost
+            unknown = dict.fromkeys(("shift", "tangential_force"), math.nan)
+            return channels_at(float(d[0]), force, self.machine_stiffness) | unknown
         last = self._follow(FrictionLeg(False, False, d, u), stack)
         return {
             **channels_at(stack.indentation, force, self.machine_stiffness),

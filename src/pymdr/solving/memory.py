@@ -214,8 +214,8 @@ def travelled(
     """Bound of the effect of the kernel's error: the response by a law, `relaxed` or `compliant`, to the summed magnitudes of all changes, times that error."""
     if relaxation.error == 0.0:
         return np.zeros(time.size)
-    way = np.cumsum(np.abs(np.diff(values, prepend=0.0)))
-    return relaxation.error * law(relaxation, np.append(0.0, time), np.append(0.0, way))[1:]
+    magnitudes = np.cumsum(np.abs(np.diff(values, prepend=0.0)))
+    return relaxation.error * law(relaxation, np.append(0.0, time), np.append(0.0, magnitudes))[1:]
 
 
 def relative_errors(errors: FloatArray, values: FloatArray) -> FloatArray:

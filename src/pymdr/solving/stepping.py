@@ -249,18 +249,18 @@ class Stepper:
         shifts = dict(zip(("shift x", "shift y"), shift, strict=True)) if in_plane else {"shift": shift}
         refuse_malformed("advance", self.count, {name: (each, "m") for name, each in shifts.items()})
 
-    def compiled(self, *, room: int = 64) -> CompiledStep:
+    def compiled(self, *, capacity: int = 64) -> CompiledStep:
         """
         The step as a function that numba compiles into other functions, such as the loop of an integrator.
 
         ``step(body, states, i, indentation, shift)`` moves contact i and returns ``(ending, normal, tangential)``; in the plane `shift` and
         `tangential` are pairs. An ending of 0 is a step; 1 refuses a value that is not finite or too deep; 2 leaves the step to
-        :meth:`advance`, because a stack has no room or an edge rests in an unstable state. The contact then keeps its state.
+        :meth:`advance`, because a stack is full or an edge rests in an unstable state. The contact then keeps its state.
 
         Parameters
         ----------
-        room : int
-            Turning points for which stacks of friction along a line get room. Random walks fill 64 after some ten thousand steps; 256 lasted for
+        capacity : int
+            Number of turning points that a stack of friction along a line can hold. Random walks fill 64 after some ten thousand steps; 256 lasted for
             200,000.
 
         Returns
@@ -272,7 +272,7 @@ class Stepper:
         Raises
         ------
         ProblemError
-            If bodies have memory, or yield with adhesion or apparent_radius, or `room` is not from 8 to 65536.
+            If bodies have memory, or yield with adhesion or apparent_radius, or `capacity` is not from 8 to 65536.
 
         Examples
         --------
@@ -287,12 +287,12 @@ class Stepper:
         """
         from pymdr.line.programs import compiled_of
 
-        if type(room) is not int or not 8 <= room <= 65536:
+        if type(capacity) is not int or not 8 <= capacity <= 65536:
             raise ProblemError(
-                f"Stepper.compiled: room = {shown(room)}; a whole number from 8 to 65536 is needed"
+                f"Stepper.compiled: capacity = {shown(capacity)}; a whole number from 8 to 65536 is needed"
             )
         self._undoable = True
-        return compiled_of(self._moved, self._deepest, room)
+        return compiled_of(self._moved, self._deepest, capacity)
 
     def undo(self) -> None:
         """

@@ -30,7 +30,7 @@ _SCOUT, _ROUGH = 40, 1e-3
 """Cells and tolerance of the history that finds how far the contact grows at constant load."""
 _BEYOND, _WIDER, _TRIES = 1.02, 1.6, 8
 """End of a mesh over that of the cells in contact, factor of an extension, and number of meshes."""
-_ROOM = 1.3
+_MARGIN = 1.3
 _FAINT = 1e-9
 """Pressure over E* d/a below which the bodies only touch."""
 _HALVINGS = 80
@@ -297,7 +297,7 @@ def _bound(case: WearCase, rows: FloatArray) -> float:
         return outer_radius(case.depth, case.stick, case.gap, case.profile, case.kinks, case.radius)
     most = 4.0 * case.coefficient * case.request.normal_force * case.request.amplitude * float(rows[-1])
     flat = _flat_of(case, most)
-    by_volume = _ROOM * math.hypot(flat, 1.2 * case.radius)
+    by_volume = _MARGIN * math.hypot(flat, 1.2 * case.radius)
     if case.gross:
         return by_volume
     # beyond the first stick radius the springs are not negative

@@ -18,7 +18,7 @@ Workers = Any
 
 _PENDING_HERE, _PENDING_THERE = 2, 4
 """Parts per core that are handed out at a time."""
-LOST_WORKERS = (
+ENDED_WORKERS = (
     "a worker process ended without an answer: it ran out of memory, or the script starts processes when it is imported; reduce workers, "
     'or call it below `if __name__ == "__main__":`'
 )
@@ -111,7 +111,7 @@ def _handed_out(
         while pending:
             yield pending.popleft().result()
     except BrokenProcessPool as error:
-        raise ProblemError(f"workers: {LOST_WORKERS}") from error
+        raise ProblemError(f"workers: {ENDED_WORKERS}") from error
     finally:
         for one in pending:
             one.cancel()

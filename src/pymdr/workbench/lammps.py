@@ -310,20 +310,23 @@ def _followed(program: str, case: _History) -> tuple[dict[str, float], Pair]:
     parted = (case.depth < case.parts_at) & (np.arange(case.depth.size) > case.depth.argmax())
     normal = np.where(parted, 0.0, result["normal_force"].values)
     largest = float(np.abs(normal).max())
-    lost, lost_there = _area(normal, case.depth, case.loop), _area(there.normal, case.depth, case.loop)
+    dissipated, dissipated_there = (
+        _area(normal, case.depth, case.loop),
+        _area(there.normal, case.depth, case.loop),
+    )
     pair = Pair("indentation", "m", case.depth, "normal_force", normal, there.normal)
     off = float(np.abs(there.normal - normal).max()) / largest
     if sheared:
         along = result["tangential_force"].values
-        lost += _area(along, case.shift, case.loop)
-        lost_there += _area(there.tangential, case.shift, case.loop)
+        dissipated += _area(along, case.shift, case.loop)
+        dissipated_there += _area(there.tangential, case.shift, case.loop)
         off = float(np.abs(there.tangential - along).max()) / (_FRICTION * largest)
         pair = Pair("shift", "m", case.shift, "tangential_force", along, there.tangential)
     row = {
         "largest_force": largest,
         "force_difference": off,
-        "dissipated_energy": lost,
-        "lammps_dissipated_energy": lost_there,
+        "dissipated_energy": dissipated,
+        "lammps_dissipated_energy": dissipated_there,
     }
     return row, pair
 

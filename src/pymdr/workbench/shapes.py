@@ -95,7 +95,8 @@ class ShapeVerification(Comparison):
             path = Path(indentation=self.data["indentation"].values[-1:])
             result = solve(self.contact, path)
             hertz = {
-                way: result.field("pressure", angle=angle) for way, angle in (("x", 0.0), ("y", math.pi / 2))
+                direction: result.field("pressure", angle=angle)
+                for direction, angle in (("x", 0.0), ("y", math.pi / 2))
             }
             axes = float(result["semi_axis_x"][-1]), float(result["semi_axis_y"][-1])
         return compared_shape(self.data, pressures, hertz, axes)

@@ -69,7 +69,7 @@ class SlidingVerification(Comparison):
     @property
     def largest_difference(self) -> float:
         """Largest difference of the tangential forces over the largest of them."""
-        mdr, grid = (self.data[f"tangential_force_{way}"].values for way in ("mdr", "grid"))
+        mdr, grid = (self.data[f"tangential_force_{direction}"].values for direction in ("mdr", "grid"))
         size = float(np.max(np.abs(mdr)))
         return float(np.max(np.abs(mdr - grid))) / size if size else math.nan
 
@@ -282,8 +282,8 @@ def thinned_rows(channels: Sequence[FloatArray], steps: int) -> np.ndarray:
         return np.arange(n)
     turns = np.zeros(n, dtype=bool)
     for values in channels:
-        way = np.sign(np.diff(values))
-        turns[1:-1] |= way[1:] != way[:-1]
+        direction = np.sign(np.diff(values))
+        turns[1:-1] |= direction[1:] != direction[:-1]
     turns[[0, -1]] = True
     kept = np.flatnonzero(turns)
     if kept.size >= steps:

@@ -355,8 +355,8 @@ def _history(mdr: Result, ring: Result) -> xr.Dataset:
 
     columns = {"time": ("row", ring.data["time"].values, {"units": "s"})}
     for name in ("indentation", "normal_force"):
-        for way, result in (("mdr", mdr), ("rings", ring)):
-            columns[f"{name}_{way}"] = ("row", _column(result, name), {"units": QUANTITIES[name].unit})
+        for method, result in (("mdr", mdr), ("rings", ring)):
+            columns[f"{name}_{method}"] = ("row", _column(result, name), {"units": QUANTITIES[name].unit})
     return xr.Dataset(columns)
 
 

@@ -33,7 +33,7 @@ class Control(Enum):
 
 
 ENDINGS = (Ending.COMPLETE, Ending.NOT_FINITE, Ending.NOT_ATTAINABLE, Ending.TOO_DEEP)
-_MOST_HELD = 4_000_000
+_MOST_STORED = 4_000_000
 """Vertices that all checkpoints of a run may hold together."""
 
 
@@ -124,7 +124,7 @@ def follow(
     stored = 0
     for row in sorted(set(checkpoints)):
         run.advance(row + 1)
-        if run.row == row + 1 and stored + run.vertices <= _MOST_HELD:
+        if run.row == row + 1 and stored + run.vertices <= _MOST_STORED:
             states[row] = run.state()
             stored += run.vertices
     run.advance(count)

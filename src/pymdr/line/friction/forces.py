@@ -165,9 +165,9 @@ def extend(anchors: Anchors, m: int, end: Point, slope: float) -> int:
         size = max(abs(slope) * end.force, max(abs(pull), abs(below.pull)))
         # a bend at a force that is lost beside the new one may still be seen in the shift
         seen = max(abs(slope) * end.y, max(abs(end.b), abs(below.b)))
-        room = MERGE * min(size / (top.force - below.force), seen / (top.y - below.y))
+        tolerance = MERGE * min(size / (top.force - below.force), seen / (top.y - below.y))
         chord = (pull - below.pull) / (end.force - below.force)
-        if lengthens(anchors.stack, m, chord, room):
+        if lengthens(anchors.stack, m, chord, tolerance):
             joined = Point(end.y, below.b + chord * (end.y - below.y), end.force, end.work, end.radius)
             put(anchors, m, joined, min(max(chord, -1.0), 1.0))
             return m

@@ -165,11 +165,11 @@ def clear(stack: Any, b: float) -> None:
 
 
 @fused.inlined
-def lengthens(stack: Any, i: int, chord: float, room: float) -> bool:
+def lengthens(stack: Any, i: int, chord: float, tolerance: float) -> bool:
     """Whether segment i may end at the slope of a chord: all its ends so far are within `room` of a line."""
     top = vertex(stack, i)
-    low = max(top.low, top.slope - room)
-    high = min(top.high, top.slope + room)
+    low = max(top.low, top.slope - tolerance)
+    high = min(top.high, top.slope + tolerance)
     if not low <= chord <= high:
         return False
     top.low = low

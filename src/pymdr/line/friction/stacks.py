@@ -80,7 +80,7 @@ class Stacks(WithoutAdhesion, Moved):
             return normal, self.moves * tangential
         if code != STACK_FULL:
             raise PathError(f"Stepper.advance: shift = {shift:g} m; a finite value is needed")
-        self.grow(self._room + 1)
+        self.grow(self._capacity + 1)
         return self.advance(depth, shift, duration)
 
     def advance_all(self, depth: FloatArray, shift: Any, duration: Any) -> tuple[FloatArray, FloatArray]:
@@ -95,7 +95,7 @@ class Stacks(WithoutAdhesion, Moved):
             stacks, memory = self.arrays
             code, first = self._step_all(line, scales, stacks, memory, given, forces, first)
             if code == STACK_FULL:
-                self.grow(self._room + 1)
+                self.grow(self._capacity + 1)
         return forces[0], self.moves * forces[1]
 
     @property
@@ -164,13 +164,13 @@ class Stacks(WithoutAdhesion, Moved):
         return np.where(self.indentation > 0.0, values, 0.0)
 
     @property
-    def _room(self) -> int:
+    def _capacity(self) -> int:
         return int(self.arrays[0].shape[2])
 
-    def grow(self, room: int) -> None:
-        """Room for at least a number of vertices, by doubling."""
+    def grow(self, vertices: int) -> None:
+        """Enlarge the stacks to at least a number of vertices, by doubling."""
         n, both, capacity = self.arrays[0].shape
-        doublings = max(0, math.ceil(math.log2(room / capacity)))
+        doublings = max(0, math.ceil(math.log2(vertices / capacity)))
         if doublings:
             larger = np.zeros((n, both, capacity << doublings), dtype=self.arrays[0].dtype)
             larger[:, :, :capacity] = self.arrays[0]

@@ -69,7 +69,7 @@ TIME, MOVE, DRAG, STIFF, NORMAL, AREA = range(6)
 """Columns given for a row: its duration, the change of d, what a dashpot adds to a load, the stiffness of a spring without one, F_N,
 and k of the contact per unit modulus."""
 GIVEN = 6
-_OWN_LOST, _OWN_SLIP, _OWN_WORK, _OWN_RATE, _OWN_LEFT, _OWN_STORED, _OWN_FORCE, _MARGIN = range(8)
+_OWN_LOSS, _OWN_SLIP, _OWN_WORK, _OWN_RATE, _OWN_LEFT, _OWN_STORED, _OWN_FORCE, _MARGIN = range(8)
 """Of every spring in a row: dissipation of its dashpots and of friction, the work, dq/du, its slip, its energy, q, and the distance
 of abs(q) from the limit of sticking."""
 OWN_COLUMNS = 8
@@ -200,7 +200,7 @@ def _slide(
         force, dissipated = move_branches(body, change * stuck, v)
         v += change * stuck
         own[_OWN_WORK, i] += change * stuck * (force + drag)
-        own[_OWN_LOST, i] += dissipated + change * stuck * drag
+        own[_OWN_LOSS, i] += dissipated + change * stuck * drag
     left, lasted = 1.0 - stuck, duration * (1.0 - stuck)
     if body.viscosity > 0.0 and lasted > 0.0:
         first = sign * run.friction * (loads[0] + (loads[1] - loads[0]) * stuck)
@@ -210,7 +210,7 @@ def _slide(
         own[_OWN_LEFT, i] = change * left - (there - v)
         own[_OWN_WORK, i] += given
         own[_OWN_SLIP, i] += given - work
-        own[_OWN_LOST, i] += dissipated
+        own[_OWN_LOSS, i] += dissipated
         return float(there)
     fill(lasted, body)
     slip = 0.0  # in zero time a dashpot does not move
@@ -222,7 +222,7 @@ def _slide(
     own[_OWN_LEFT, i] = slip
     own[_OWN_WORK, i] += given
     own[_OWN_SLIP, i] += given - dv * force
-    own[_OWN_LOST, i] += dissipated
+    own[_OWN_LOSS, i] += dissipated
     return v + dv
 
 
@@ -239,7 +239,7 @@ def _change(
     begin, end, before, after = _contact_part(run, pressed, r, i)
     drag, trial, over = 0.0, 0.0, -math.inf
     if free and begin > 0.0:
-        v, own[_OWN_LOST, i] = recover(body, duration * begin, rest)
+        v, own[_OWN_LOSS, i] = recover(body, duration * begin, rest)
     if begin < 1.0:
         if free:
             to_branches(body)
@@ -260,7 +260,7 @@ def _change(
             v += change
             own[_OWN_RATE, i] = tangent * span
             own[_OWN_WORK, i] += change * (force + drag)
-            own[_OWN_LOST, i] += dissipated + change * drag
+            own[_OWN_LOSS, i] += dissipated + change * drag
         else:
             under = (now if trial > 0.0 else -now) - friction * before
             stuck = _sticks(run, change, lasts, (before, after), v, trial) if under < 0.0 else 0.0
@@ -273,7 +273,7 @@ def _change(
                 own[_OWN_SLIP, i] += dissipated
             rest, free = to_modes(body, v), True
             v, dissipated = recover(body, duration * (1.0 - end), rest)
-            own[_OWN_LOST, i] += dissipated
+            own[_OWN_LOSS, i] += dissipated
     store_spring(new, i, free, v, rest, body)
     energy, q = body.equilibrium * v * v, body.equilibrium * v + drag
     if free:
@@ -332,7 +332,7 @@ def _plain(
         new[i, W], new[i, FREE], new[i, REST] = v + dv, 0.0, old[i, REST]
         # what slips bears its limit, which is straight; the spring gets the work of its own straight move
         given = du * mean if sticks else du * math.copysign(0.5 * (first + limit), q)
-        own[_OWN_FORCE, i], own[_OWN_LOST, i], own[_OWN_SLIP, i] = q, dissipated, given - dv * mean
+        own[_OWN_FORCE, i], own[_OWN_LOSS, i], own[_OWN_SLIP, i] = q, dissipated, given - dv * mean
         own[_OWN_WORK, i], own[_OWN_RATE, i] = given, firm if sticks else 0.0
         own[_OWN_LEFT, i], own[_OWN_STORED, i] = slip, 0.5 * energy
 
@@ -380,7 +380,7 @@ def _step(
         if i == 0:
             innermost = abs(own[_OWN_LEFT, i])
         stored += dk * own[_OWN_STORED, i]
-        dissipated += dk * own[_OWN_LOST, i]
+        dissipated += dk * own[_OWN_LOSS, i]
         slipped += dk * own[_OWN_SLIP, i]
         worked += dk * own[_OWN_WORK, i]
     scale = 1.0  # full slip gives exactly mu F_N, without the error of a sum over springs

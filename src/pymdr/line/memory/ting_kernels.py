@@ -182,15 +182,15 @@ def _pull(
                 )
             force += moduli[j] * rest * old
     there = target - bodies.softness * force
-    duration, way = time[now] - time[now - 1], there - depth[now - 1]
+    duration, change = time[now] - time[now - 1], there - depth[now - 1]
     total = bodies.equilibrium * (depth[row] + move - there)
-    if bodies.viscosity > 0.0 and way != 0.0:
-        total -= bodies.viscosity * way / duration
+    if bodies.viscosity > 0.0 and change != 0.0:
+        total -= bodies.viscosity * change / duration
     for j in range(times.size):
         then = math.exp(-wait / times[j]) * path[row, j] + _mean(wait / times[j]) * move
         x = duration / times[j]
         total -= moduli[j] * (
-            math.exp(-x) * path[now - 1, j] + _mean(x) * way - math.exp(-lag / times[j]) * then
+            math.exp(-x) * path[now - 1, j] + _mean(x) * change - math.exp(-lag / times[j]) * then
         )
     return float(total), force, there
 
@@ -262,8 +262,8 @@ def follow(bodies: Bodies, record: Record, target: FloatArray, force: FloatArray
                     if abs(off) <= 1e-3 * allowed:
                         break
         force[k], depth[k] = pressing, there
-        duration, way = time[k] - time[k - 1], depth[k] - depth[k - 1]
+        duration, change = time[k] - time[k - 1], depth[k] - depth[k - 1]
         for j in range(kinds):
             x = duration / times[j]
-            path[k, j] = math.exp(-x) * path[k - 1, j] + _mean(x) * way
+            path[k, j] = math.exp(-x) * path[k - 1, j] + _mean(x) * change
     return MET

@@ -165,10 +165,10 @@ def _respond(body: Body, state: State, j: int, depth: float, shift: float) -> No
 
 
 @fused.inlined
-def _mean(work: float, way: float, before: float, after: float, stored: float) -> float:
+def _mean(work: float, change: float, before: float, after: float, stored: float) -> float:
     """The mean force of a step from its work, or by the trapezoidal rule if rounding takes the difference of the energies."""
-    if abs(way) * max(abs(before), abs(after)) > _SHORT * stored:
-        return work / way
+    if abs(change) * max(abs(before), abs(after)) > _SHORT * stored:
+        return work / change
     return 0.5 * (before + after)
 
 
@@ -266,16 +266,16 @@ def _accept(body: Body, state: State, h: float) -> None:
     position, force = state.position, state.force
     for s in range(body.springs.shape[0]):
         if body.springs[s, 1] > 0.0:
-            way = _dot(body.springs, s, 3, position, 1) - _dot(body.springs, s, 3, position, 0)
-            _add(state.sums, DAMPING, body.springs[s, 1] * way * way / h)
+            change = _dot(body.springs, s, 3, position, 1) - _dot(body.springs, s, 3, position, 0)
+            _add(state.sums, DAMPING, body.springs[s, 1] * change * change / h)
     for i in range(position.shape[1]):
-        way = position[1, i] - position[0, i]
+        change = position[1, i] - position[0, i]
         if i < n:
-            _add(state.sums, FORCES, force[1, i] * way)
+            _add(state.sums, FORCES, force[1, i] * change)
             state.velocity[2, i] = state.velocity[1, i] - state.velocity[0, i]
             state.velocity[0, i] = state.velocity[1, i]
         else:
-            _add(state.sums, DRIVES, -force[0, i] * way)
+            _add(state.sums, DRIVES, -force[0, i] * change)
         position[0, i] = position[1, i]
     for j in range(body.normal.shape[0]):
         _add(state.sums, SLIP, state.energies[j, 1, SLIPPED])

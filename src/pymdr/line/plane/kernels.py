@@ -111,7 +111,7 @@ def slip_integrals(tau: float, start: float, forward: bool, m: float, alpha: flo
 @inlined
 def _arc(along: float, across: float, length: float, low: float) -> tuple[float, float, float]:
     """
-    A spring at a constant limit after a slip of tau up to 1, along and across the row, and w of `_lost_share`.
+    A spring at a constant limit after a slip of tau up to 1, along and across the row, and w of `_reduction`.
 
     Tanh(tau / 2) = p / q as a continued fraction, to rounding. Without branches, so that loops over springs are vectorized.
     """
@@ -134,7 +134,7 @@ def _arc(along: float, across: float, length: float, low: float) -> tuple[float,
 
 
 @inlined
-def _lost_share(w: float) -> float:
+def _reduction(w: float) -> float:
     """Log((1 + w) / (1 - w)), the integral of (1 - cos(theta)) dtau, for w up to 0.25 by its series."""
     v = w * w
     s = 1.0 / 17.0 + v * (1.0 / 19.0 + v * (1.0 / 21.0 + v * (1.0 / 23.0 + v / 25.0)))
@@ -146,8 +146,8 @@ def _lost_share(w: float) -> float:
 def _turned(along: float, across: float, move: Move, length: float, low: float) -> Spring:
     """As `slipped` at a constant limit for tau up to 1."""
     cosine, sine, w = _arc(along, across, length, low)
-    lost_part = _lost_share(w) if w < _SERIES else math.log((1.0 + w) / (1.0 - w))
-    slid = max(length - low * lost_part, 0.0)
+    reduction = _reduction(w) if w < _SERIES else math.log((1.0 + w) / (1.0 - w))
+    slid = max(length - low * reduction, 0.0)
     return Spring(cosine * move.e_x - sine * move.e_y, cosine * move.e_y + sine * move.e_x, low * slid, slid)
 
 
@@ -178,7 +178,7 @@ def _level(
         x, y = x + begin * move.x, y + begin * move.y
         rest = move.length * (1.0 - begin)
         cosine, sine, w = _arc(x * move.e_x + y * move.e_y, move.e_x * y - move.e_y * x, rest, low)
-        slid = max(rest - low * _lost_share(w), 0.0)
+        slid = max(rest - low * _reduction(w), 0.0)
         slid = slid if rest <= _SERIES * low else -1.0
         after[0, i] = end_x if sticks else cosine * move.e_x - sine * move.e_y
         after[1, i] = end_y if sticks else cosine * move.e_y + sine * move.e_x

@@ -74,7 +74,7 @@ def energies(motion: Motion, time: FloatArray) -> Energies:
         )
         stored += 0.5 * squares
         rate += squares / tau
-    lost_energy = scipy.interpolate.PchipInterpolator(time, rate).antiderivative()(time)
+    loss = scipy.interpolate.PchipInterpolator(time, rate).antiderivative()(time)
     if not motion.rests:
         modes = modes_of(body)
         parted = np.interp(touched, rows.touched[down][::-1], time[down][::-1])
@@ -88,8 +88,8 @@ def energies(motion: Motion, time: FloatArray) -> Energies:
             left = np.where(in_contact, 0.0, np.exp(-2.0 * speed * wait))
             free = (time[:, None] >= parted) & ~in_contact
             stored += np.where(free, left, 0.0) @ weight
-            lost_energy += np.where(free, -np.expm1(-2.0 * speed * wait), 0.0) @ weight
-    return Energies(stored, lost_energy, at_touch.radius, load)
+            loss += np.where(free, -np.expm1(-2.0 * speed * wait), 0.0) @ weight
+    return Energies(stored, loss, at_touch.radius, load)
 
 
 def _over_a_part(x: FloatArray) -> tuple[FloatArray, FloatArray]:

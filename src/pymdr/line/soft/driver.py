@@ -42,9 +42,19 @@ from pymdr.units import FloatArray
 
 DONE, STUCK, TOO_WIDE, TOO_MANY, _SMALL = range(5)
 """How a leg ends."""
-OUT_TIME, OUT_A, OUT_C, OUT_D, OUT_F, OUT_JUMPED, OUT_STORED, OUT_COHESIVE, OUT_WORK, OUT_LOST, OUT_SPENT = (
-    range(11)
-)
+(
+    OUT_TIME,
+    OUT_A,
+    OUT_C,
+    OUT_D,
+    OUT_F,
+    OUT_JUMPED,
+    OUT_STORED,
+    OUT_COHESIVE,
+    OUT_WORK,
+    OUT_JUMP_LOSS,
+    OUT_SPENT,
+) = range(11)
 OUT_EVENT_D, OUT_EVENT_F, OUTPUTS = range(11, 14)
 """Depth and force before the first attraction or separation in a row, nan without one, and the number of all outputs."""
 LARGEST, MISSED = range(2)
@@ -191,7 +201,7 @@ def energies(zone: Zone) -> tuple[float, float, float]:
     h, sigma = zone.end[SPACING], zone.end[SIGMA]
     t, a, c, d = now[TIME], now[RADIUS], now[OUTER], now[DEPTH]
     n = body.shape[1]
-    v, stored, cohesive, pending = zone.room[SCRATCH], 0.0, 0.0, 0.0
+    v, stored, cohesive, pending = zone.workspace[SCRATCH], 0.0, 0.0, 0.0
     cells = zone.end[CELLS]
     rest, widest, graded = 1.0, h * node.shape[0] / (_SUMMED * cells), 1.25 / cells
     for j in range(n):
@@ -237,9 +247,9 @@ def energies(zone: Zone) -> tuple[float, float, float]:
         pending += 0.5 * h * stride * (at_rest + last_idle)
         last_own, last_idle = own, at_rest
         # closer nodes near both edges
-        room = min(widest, graded * min(abs(x - a), abs(x - c)))
+        allowed = min(widest, graded * min(abs(x - a), abs(x - c)))
         stride = 1
-        while 2.0 * stride * h <= room:
+        while 2.0 * stride * h <= allowed:
             stride *= 2
         i += stride
     if c > 0.0 and place >= 0.0:
@@ -328,7 +338,7 @@ def fall(zone: Zone, out: FloatArray) -> int:
     call(zone.accept, None, (zone,))
     if jumped:
         out[OUT_JUMPED] = 1.0
-        out[OUT_LOST] += was - potential(zone, load)
+        out[OUT_JUMP_LOSS] += was - potential(zone, load)
     return DONE
 
 
@@ -405,8 +415,8 @@ def follow_rows(
             solved = call(zone.find, _NONE, (zone, guess, limits[LARGEST] * whole)) == _ROOT
             missed = abs(end[OUTER] - guess)
             if solved:
-                room = limits[MISSED] * whole + _NOISE * h
-                solved = abs(end[RADIUS] - a) <= limits[LARGEST] * whole and missed <= room
+                tolerance = limits[MISSED] * whole + _NOISE * h
+                solved = abs(end[RADIUS] - a) <= limits[LARGEST] * whole and missed <= tolerance
             if not solved:
                 wanted = 0.5 * length
                 halvings += 1

@@ -61,15 +61,15 @@ def state(
     a, k = max(y[0], 0.1 * setting[CLOSED]), setting[MACHINE]
     g, area = cubics(profile, math.sqrt(a / setting[TOP]) * (profile.shape[1] - 1))
     control = setting[CONTROL] + setting[SLOPE] * (t - setting[BEGIN])
-    held, rest, firm = 0.0, setting[RUBBERY] * area, setting[GLASSY]
+    branches, rest, firm = 0.0, setting[RUBBERY] * area, setting[GLASSY]
     for i in range(springs.shape[1]):
-        held += springs[MODULUS, i] * y[1 + i]
+        branches += springs[MODULUS, i] * y[1 + i]
     if k == 0.0:
         Q = (0.5 * control + rest) / a
-        d = (Q + held) / firm
+        d = (Q + branches) / firm
     else:
-        d = (control + 2.0 / k * (a * held + rest)) / (1.0 + 2.0 * a * firm / k)
-        Q = firm * d - held
+        d = (control + 2.0 / k * (a * branches + rest)) / (1.0 + 2.0 * a * firm / k)
+        Q = firm * d - branches
     return d, 2.0 * (a * Q - rest), Q, Q - setting[RUBBERY] * g
 
 

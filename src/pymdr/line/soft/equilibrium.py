@@ -69,13 +69,13 @@ def sum_deviations(zone: Zone) -> None:
 
     By the trapezoidal rule with the second differences of three points of which the first is a node behind.
     """
-    now, end, body, room, node = zone.now, zone.end, zone.body, zone.room, zone.node
+    now, end, body, workspace, node = zone.now, zone.end, zone.body, zone.workspace, zone.node
     h, a0, a1, t, after = end[SPACING], now[RADIUS], end[RADIUS], now[TIME], zone.after
     n = body.shape[1]
     low, high = min(a0, a1), max(a0, a1)
     receding = a1 <= a0
     for j in range(n):
-        fade = 1.0 if receding else room[FADE, j]
+        fade = 1.0 if receding else workspace[FADE, j]
         after[SUM_BEFORE, j], after[SQUARES_BEFORE, j] = zone.edge[SUM, j], zone.edge[SQUARES, j]
         after[SUM, j], after[SQUARES, j] = fade * zone.edge[SUM, j], fade * fade * zone.edge[SQUARES, j]
     if high > low:
@@ -88,20 +88,20 @@ def sum_deviations(zone: Zone) -> None:
                 deviation_at(zone, a1)
             else:
                 for j in range(n):
-                    room[HERE, j] = zone.edge[INNER_EDGE, j] * room[FADE, j]
+                    workspace[HERE, j] = zone.edge[INNER_EDGE, j] * workspace[FADE, j]
         elif receding:
             for j in range(n):
-                room[HERE, j] = node[0, j] * math.exp(-body[RATE, j] * (t - node[0, n]))
+                workspace[HERE, j] = node[0, j] * math.exp(-body[RATE, j] * (t - node[0, n]))
         else:
             node_end(zone, first - 1)
         for j in range(n):
-            room[BEFORE, j] = room[HERE, j]
-            room[BEHIND, j] = 0.0
+            workspace[BEFORE, j] = workspace[HERE, j]
+            workspace[BEHIND, j] = 0.0
             if behind >= 0:
                 idle = t - node[behind, n]
-                room[BEHIND, j] = node[behind, j] * math.exp(-body[RATE, j] * idle)
+                workspace[BEHIND, j] = node[behind, j] * math.exp(-body[RATE, j] * idle)
                 if not receding:
-                    room[BEHIND, j] *= room[FADE, j]
+                    workspace[BEHIND, j] *= workspace[FADE, j]
         place, back = low, behind * h
         for i in range(first, last + 2):
             x = i * h if i <= last else high
@@ -113,11 +113,11 @@ def sum_deviations(zone: Zone) -> None:
                     y = (
                         node[i, j] * math.exp(-body[RATE, j] * (t - node[i, n]))
                         if receding
-                        else room[HERE, j]
+                        else workspace[HERE, j]
                     )
                 else:
                     y = zone.edge[INNER_EDGE, j] if receding else after[INNER_EDGE, j]
-                y0, y1 = room[BEHIND, j], room[BEFORE, j]
+                y0, y1 = workspace[BEHIND, j], workspace[BEFORE, j]
                 part, square = 0.5 * width * (y1 + y), 0.5 * width * (y1 * y1 + y * y)
                 if behind >= 0 and width > 0.0:
                     bend, span = width**3 / 6.0 / (x - back), place - back
@@ -125,14 +125,14 @@ def sum_deviations(zone: Zone) -> None:
                     square -= bend * ((y * y - y1 * y1) / width - (y1 * y1 - y0 * y0) / span)
                 after[SUM, j] += -part if receding else part
                 after[SQUARES, j] += -square if receding else square
-                room[BEHIND, j], room[BEFORE, j] = y1, y
+                workspace[BEHIND, j], workspace[BEFORE, j] = y1, y
             place, back = x, place
             behind = 0
     if receding:
         for j in range(n):
             after[SUM_BEFORE, j], after[SQUARES_BEFORE, j] = after[SUM, j], after[SQUARES, j]
-            after[SUM, j] *= room[FADE, j]
-            after[SQUARES, j] *= room[FADE, j] ** 2
+            after[SUM, j] *= workspace[FADE, j]
+            after[SQUARES, j] *= workspace[FADE, j] ** 2
 
 
 @Addressed
@@ -158,7 +158,7 @@ def bear(zone: Zone) -> None:
 @merged
 def edge_at(zone: Zone, a1: float, advancing: bool) -> float:
     """State of the edge at a1 at the end of a step, with the depth by continuity of q; the excess of the control."""
-    now, end, body, room, after = zone.now, zone.end, zone.body, zone.room, zone.after
+    now, end, body, workspace, after = zone.now, zone.end, zone.body, zone.workspace, zone.after
     n, c1, d0 = body.shape[1], end[OUTER], now[DEPTH]
     end[RADIUS] = a1
     pull = 2.0 * end[SIGMA] * math.sqrt(max((c1 - a1) * (c1 + a1), 0.0))
@@ -168,30 +168,32 @@ def edge_at(zone: Zone, a1: float, advancing: bool) -> float:
         pulled(zone, a1, 0.0, 1.0)
         d1 = g - pull
         for j in range(n):
-            d1 += body[REACH, j] * room[HERE, j]
-            after[OUTER_EDGE, j] = room[HERE, j]
+            d1 += body[REACH, j] * workspace[HERE, j]
+            after[OUTER_EDGE, j] = workspace[HERE, j]
     else:
         deviation_at(zone, a1)
         fixed, slope = g - pull, 1.0
         for j in range(n):
-            room[HERE, j] *= room[FADE, j]
+            workspace[HERE, j] *= workspace[FADE, j]
             fixed += body[SHARE, j] * (
-                room[FADE, j] * zone.edge[LAG, j] + room[WAS, j] * d0 - g + room[HERE, j]
+                workspace[FADE, j] * zone.edge[LAG, j] + workspace[WAS, j] * d0 - g + workspace[HERE, j]
             )
-            slope -= body[SHARE, j] * room[WILL, j]
+            slope -= body[SHARE, j] * workspace[WILL, j]
         d1 = fixed / slope
     for j in range(n):
-        after[LAG, j] = room[FADE, j] * zone.edge[LAG, j] + room[WAS, j] * d0 + room[WILL, j] * d1
+        after[LAG, j] = (
+            workspace[FADE, j] * zone.edge[LAG, j] + workspace[WAS, j] * d0 + workspace[WILL, j] * d1
+        )
     for j in range(n):
         if advancing:
             after[INNER_EDGE, j] = g - after[LAG, j]
             for k in range(n):
-                after[INNER_EDGE, j] += body[INTO + n + j, k] * room[HERE, k]
+                after[INNER_EDGE, j] += body[INTO + n + j, k] * workspace[HERE, k]
         else:
-            after[INNER_EDGE, j] = room[HERE, j]
+            after[INNER_EDGE, j] = workspace[HERE, j]
             after[OUTER_EDGE, j] = 0.0
             for k in range(n):
-                after[OUTER_EDGE, j] += body[INTO + j, k] * (after[LAG, k] - g + room[HERE, k])
+                after[OUTER_EDGE, j] += body[INTO + j, k] * (after[LAG, k] - g + workspace[HERE, k])
     end[DEPTH] = d1
     if end[BETA] == 0.0:
         return float(end[ALPHA] * d1 - end[CONTROL])
@@ -202,17 +204,17 @@ def edge_at(zone: Zone, a1: float, advancing: bool) -> float:
 @merged
 def rest(zone: Zone, off: float) -> None:
     """An edge at rest: the depth by the control, with the springs of the contact, by its excess at the depth of continuity."""
-    end, room, after, body = zone.end, zone.room, zone.after, zone.body
+    end, workspace, after, body = zone.end, zone.workspace, zone.after, zone.body
     a, n = end[RADIUS], body.shape[1]
     # the force is linear in the depth
     slope = 1.0
     for j in range(n):
-        slope -= body[SHARE, j] * room[WILL, j]
+        slope -= body[SHARE, j] * workspace[WILL, j]
     change = -off / (end[ALPHA] + 2.0 * a * end[BETA] * slope)
     end[DEPTH] += change
     g, _ = of_table(zone, a)
     for j in range(n):
-        after[LAG, j] += room[WILL, j] * change
+        after[LAG, j] += workspace[WILL, j] * change
     for j in range(n):
         after[OUTER_EDGE, j] = 0.0
         for k in range(n):
@@ -325,7 +327,7 @@ def over_zone(zone: Zone, count: int, c: float) -> float:
 @Addressed
 def excess(zone: Zone, c: float) -> float:
     """Gap at c at the end of a step over the range of the stress, less 1, with the contact radius under the control."""
-    end, body, room, after = zone.end, zone.body, zone.room, zone.after
+    end, body, workspace, after = zone.end, zone.body, zone.workspace, zone.after
     n, h, sigma = body.shape[1], end[SPACING], end[SIGMA]
     outcome = radius_under(zone, c)
     if outcome < 0:
@@ -337,9 +339,9 @@ def excess(zone: Zone, c: float) -> float:
         end[DEPTH] = (end[CONTROL] + end[BETA] * math.pi * sigma * c * c) / end[ALPHA]
         for j in range(n):
             after[LAG, j] = (
-                room[FADE, j] * zone.edge[LAG, j]
-                + room[WAS, j] * zone.now[DEPTH]
-                + room[WILL, j] * end[DEPTH]
+                workspace[FADE, j] * zone.edge[LAG, j]
+                + workspace[WAS, j] * zone.now[DEPTH]
+                + workspace[WILL, j] * end[DEPTH]
             )
             after[INNER_EDGE, j] = after[OUTER_EDGE, j] = 0.0
     a, d = end[RADIUS], end[DEPTH]
@@ -350,14 +352,14 @@ def excess(zone: Zone, c: float) -> float:
     else:  # a jump
         deviation_at(zone, c)
         for j in range(n):
-            room[BEFORE, j] = room[HERE, j]
+            workspace[BEFORE, j] = workspace[HERE, j]
         for j in range(n):
-            room[HERE, j] = 0.0
+            workspace[HERE, j] = 0.0
             for k in range(n):
-                room[HERE, j] += body[INTO + j, k] * (zone.edge[LAG, k] - total + room[BEFORE, k])
+                workspace[HERE, j] += body[INTO + j, k] * (zone.edge[LAG, k] - total + workspace[BEFORE, k])
     for j in range(n):
-        after[RIM, j] = room[HERE, j]
-        total += body[REACH, j] * room[HERE, j]
+        after[RIM, j] = workspace[HERE, j]
+        total += body[REACH, j] * workspace[HERE, j]
     zone.points[0, 0], zone.points[1, 0] = 0.0, total - d
     count = 1
     for p in range(int(end[KNOTS])):
@@ -367,7 +369,7 @@ def excess(zone: Zone, c: float) -> float:
             node_end(zone, i)
             total = zone.profile[0, i]
             for j in range(n):
-                total += body[REACH, j] * room[HERE, j]
+                total += body[REACH, j] * workspace[HERE, j]
             zone.points[0, count], zone.points[1, count] = math.sqrt(c - x), total - d
             count += 1
     if a > 0.0:

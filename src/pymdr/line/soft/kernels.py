@@ -53,7 +53,7 @@ class Zone(NamedTuple):
     """TIME ... RISE at the end of a step."""
     after: FloatArray
     """(8, n) LAG ... SQUARES_BEFORE at the end of a step."""
-    room: FloatArray
+    workspace: FloatArray
     """(9, n) work space."""
     stencil: FloatArray
     """(2, 4) places and weights of an interpolation."""
@@ -118,7 +118,7 @@ def deviation_at(zone: Zone, x: float) -> None:
     if last < 3:
         for j in range(n):
             centre = node[0, j] * math.exp(-body[RATE, j] * (t - node[0, n]))
-            zone.room[HERE, j] = centre + (zone.edge[INNER_EDGE, j] - centre) * (x / a) ** 2
+            zone.workspace[HERE, j] = centre + (zone.edge[INNER_EDGE, j] - centre) * (x / a) ** 2
         return
     first = min(int(x / h) - 1, last - 3)
     with_edge = first == last - 3 and x > (last - 1) * h
@@ -136,7 +136,7 @@ def deviation_at(zone: Zone, x: float) -> None:
             else:
                 own = abs(first + i)
                 total += stencil[1, i] * node[own, j] * math.exp(-body[RATE, j] * (t - node[own, n]))
-        zone.room[HERE, j] = total
+        zone.workspace[HERE, j] = total
 
 
 @inner
@@ -182,20 +182,20 @@ def modes_at(zone: Zone, x: float) -> None:
                 if idle > 0.0:
                     value *= math.exp(-body[DECAY, j] * idle)
             total += stencil[1, i] * value
-        zone.room[HERE, j] = total
+        zone.workspace[HERE, j] = total
 
 
 @inner
 def pulled(zone: Zone, x: float, s0: float, s1: float) -> None:
     """Advance modes at x, in HERE of the work space, from s0 to s1 of a step, whose c^2 is linear in time."""
-    body, room = zone.body, zone.room
+    body, workspace = zone.body, zone.workspace
     length, sigma = zone.end[LENGTH], zone.end[SIGMA]
     n = body.shape[1]
     A, B = zone.now[OUTER] ** 2 - x * x, zone.end[OUTER] ** 2 - zone.now[OUTER] ** 2
     low, high = A + B * s0, A + B * s1
     if (low <= 0.0 and high <= 0.0) or s1 <= s0:
         for j in range(n):
-            room[HERE, j] *= math.exp(-body[DECAY, j] * (s1 - s0) * length)
+            workspace[HERE, j] *= math.exp(-body[DECAY, j] * (s1 - s0) * length)
         return
     sa = -A / B if low < 0.0 else s0
     sb = -A / B if high < 0.0 else s1
@@ -218,13 +218,13 @@ def pulled(zone: Zone, x: float, s0: float, s1: float) -> None:
         if s1 > sb:
             total *= math.exp(-lam * (s1 - sb) * length)
         kept = math.exp(-lam * (s1 - s0) * length)
-        room[HERE, j] = room[HERE, j] * kept - 2.0 * sigma * body[REACH, j] * total
+        workspace[HERE, j] = workspace[HERE, j] * kept - 2.0 * sigma * body[REACH, j] * total
 
 
 @inner
 def node_end(zone: Zone, i: int) -> bool:
     """The entries of a node at the end of a step, into HERE of the work space, and whether it is in contact then."""
-    now, end, body, room = zone.now, zone.end, zone.body, zone.room
+    now, end, body, workspace = zone.now, zone.end, zone.body, zone.workspace
     n = body.shape[1]
     x, a0, a1, d0 = i * end[SPACING], now[RADIUS], end[RADIUS], now[DEPTH]
     length, idle = end[LENGTH], now[TIME] - zone.node[i, n]
@@ -232,12 +232,12 @@ def node_end(zone: Zone, i: int) -> bool:
     crossing = (a0 - x) / (a0 - a1) if was != stays else 0.0
     start, stop = 0.0, 1.0
     entries = RATE if was else DECAY
-    held = (length if stays else crossing * length) if was else 0.0
+    contact_time = (length if stays else crossing * length) if was else 0.0
     for j in range(n):
         value = zone.node[i, j]
-        if idle + held > 0.0:
-            value *= math.exp(-body[entries, j] * (idle + held))
-        room[HERE, j] = value
+        if idle + contact_time > 0.0:
+            value *= math.exp(-body[entries, j] * (idle + contact_time))
+        workspace[HERE, j] = value
     if was and stays:
         return True
     if was or stays:
@@ -246,19 +246,19 @@ def node_end(zone: Zone, i: int) -> bool:
         d1 = d0 + crossing * (end[DEPTH] - d0)
         for j in range(n):  # v in contact but for y
             e, w0, w1 = fades(body[RATE, j], crossing * length)
-            room[SCRATCH, j] = e * zone.edge[LAG, j] + w0 * d0 + w1 * d1 - zone.profile[0, i]
-            room[KEPT, j] = room[HERE, j]
+            workspace[SCRATCH, j] = e * zone.edge[LAG, j] + w0 * d0 + w1 * d1 - zone.profile[0, i]
+            workspace[KEPT, j] = workspace[HERE, j]
         if stays:
             for j in range(n):
-                y = -room[SCRATCH, j]
+                y = -workspace[SCRATCH, j]
                 for k in range(n):
-                    y += body[INTO + n + j, k] * room[KEPT, k]
-                room[HERE, j] = y * math.exp(-body[RATE, j] * (1.0 - crossing) * length)
+                    y += body[INTO + n + j, k] * workspace[KEPT, k]
+                workspace[HERE, j] = y * math.exp(-body[RATE, j] * (1.0 - crossing) * length)
             return True
         for j in range(n):
-            room[HERE, j] = 0.0
+            workspace[HERE, j] = 0.0
             for k in range(n):
-                room[HERE, j] += body[INTO + j, k] * (room[SCRATCH, k] + room[KEPT, k])
+                workspace[HERE, j] += body[INTO + j, k] * (workspace[SCRATCH, k] + workspace[KEPT, k])
     pulled(zone, x, crossing, stop)
     return False
 
@@ -282,7 +282,7 @@ def spent_in_contact(zone: Zone, low: float) -> float:
     total = 0.0
     for j in range(body.shape[1]):
         x = body[RATE, j] * end[LENGTH]
-        e, before, to = zone.room[FADE, j], now[DEPTH] - edge[LAG, j], end[DEPTH] - after[LAG, j]
+        e, before, to = zone.workspace[FADE, j], now[DEPTH] - edge[LAG, j], end[DEPTH] - after[LAG, j]
         y, square = after[SUM_BEFORE, j], after[SQUARES_BEFORE, j]
         w0, w01, w1 = mean_products(x)
         total += (
@@ -305,7 +305,7 @@ def spent_at(zone: Zone, i: int) -> float:
 
     Outside the contact it is 2 int sum m_j'^2 dt.
     """
-    now, end, body, room = zone.now, zone.end, zone.body, zone.room
+    now, end, body, workspace = zone.now, zone.end, zone.body, zone.workspace
     n = body.shape[1]
     x, a0, a1, length = i * end[SPACING], now[RADIUS], end[RADIUS], end[LENGTH]
     idle = now[TIME] - zone.node[i, n]
@@ -322,11 +322,11 @@ def spent_at(zone: Zone, i: int) -> float:
             # w - v at the crossing
             lag = w
             if was:
-                lag -= room[SCRATCH, j] + room[KEPT, j]
+                lag -= workspace[SCRATCH, j] + workspace[KEPT, j]
             else:
                 for k in range(n):
-                    lag -= body[INTO + n + j, k] * room[KEPT, k]
-            room[BEFORE, j] = lag
+                    lag -= body[INTO + n + j, k] * workspace[KEPT, k]
+            workspace[BEFORE, j] = lag
     for j in range(n):
         rate = body[RATE, j] if was else body[DECAY, j]
         entry = zone.node[i, j]
@@ -336,23 +336,23 @@ def spent_at(zone: Zone, i: int) -> float:
         begin = now[DEPTH] - zone.edge[LAG, j] - entry if was else body[REACH, j] * q0 - rate * entry
         weight = body[SHARE, j] * rate if was else 1.0
         if was == stays:
-            to = body[REACH, j] * q1 - rate * room[HERE, j]
+            to = body[REACH, j] * q1 - rate * workspace[HERE, j]
             p, both, q = mean_products(rate * length)
             total += 2.0 * weight * length * (p * begin * begin + both * begin * to + q * to * to)
             continue
         speed = 0.0
         for k in range(n):
-            speed += body[INTO + j, k] * body[RATE, k] * room[BEFORE, k]
-        to = room[BEFORE, j] if was else speed
+            speed += body[INTO + j, k] * body[RATE, k] * workspace[BEFORE, k]
+        to = workspace[BEFORE, j] if was else speed
         p, both, q = mean_products(rate * before)
         total += 2.0 * weight * before * (p * begin * begin + both * begin * to + q * to * to)
         # the other side of the edge
-        begin = speed if was else room[BEFORE, j]
+        begin = speed if was else workspace[BEFORE, j]
         rate = body[DECAY, j] if was else body[RATE, j]
         weight = 1.0 if was else body[SHARE, j] * rate
-        to = body[REACH, j] * q1 - rate * room[HERE, j]
+        to = body[REACH, j] * q1 - rate * workspace[HERE, j]
         if not was:
-            to = end[DEPTH] - zone.after[LAG, j] - room[HERE, j]
+            to = end[DEPTH] - zone.after[LAG, j] - workspace[HERE, j]
         p, both, q = mean_products(rate * last)
         total += 2.0 * weight * last * (p * begin * begin + both * begin * to + q * to * to)
     return total
@@ -364,10 +364,10 @@ def spent_at_edge(zone: Zone) -> float:
     now, end, body = zone.now, zone.end, zone.body
     total = 0.0
     for j in range(body.shape[1]):
-        x, y = body[RATE, j] * end[LENGTH], zone.room[ENTRY, j]
+        x, y = body[RATE, j] * end[LENGTH], zone.workspace[ENTRY, j]
         begin, to = (
             now[DEPTH] - zone.edge[LAG, j] - y,
-            end[DEPTH] - zone.after[LAG, j] - zone.room[FADE, j] * y,
+            end[DEPTH] - zone.after[LAG, j] - zone.workspace[FADE, j] * y,
         )
         p, both, q = mean_products(x)
         total += 2.0 * body[SHARE, j] * x * (p * begin * begin + both * begin * to + q * to * to)
@@ -387,8 +387,8 @@ def accept(zone: Zone) -> None:
         if end[RADIUS] < now[RADIUS]:
             deviation_at(zone, low)
         for j in range(n):
-            zone.room[ENTRY, j] = (
-                zone.room[HERE, j] if end[RADIUS] < now[RADIUS] else zone.edge[INNER_EDGE, j]
+            zone.workspace[ENTRY, j] = (
+                zone.workspace[HERE, j] if end[RADIUS] < now[RADIUS] else zone.edge[INNER_EDGE, j]
             )
         spent, at_edge = spent_in_contact(zone, low), spent_at_edge(zone)
     for i in range(first, last + 1):
@@ -403,7 +403,7 @@ def accept(zone: Zone) -> None:
             next_to = False
             spent += h * spent_at(zone, i)
         for j in range(n):
-            node[i, j] = zone.room[HERE, j]
+            node[i, j] = zone.workspace[HERE, j]
         node[i, n] = end[TIME]
     now[SPENT] += spent
     for j in range(n):
@@ -418,6 +418,6 @@ def set_length(zone: Zone, length: float, control: float) -> None:
     """Begin a trial step from the state."""
     for j in range(zone.body.shape[1]):
         e, w0, w1 = fades(zone.body[RATE, j], length)
-        zone.room[FADE, j], zone.room[WAS, j], zone.room[WILL, j] = e, w0, w1
+        zone.workspace[FADE, j], zone.workspace[WAS, j], zone.workspace[WILL, j] = e, w0, w1
     end = zone.end
     end[LENGTH], end[CONTROL], end[TIME] = length, control, zone.now[TIME] + length

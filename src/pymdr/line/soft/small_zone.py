@@ -22,7 +22,7 @@ _TABLE, _DECADES = 6000, 12.0
 _NODES = 4
 """Gauss nodes of an interval of the table of the integrals."""
 _TOLERANCE = 1e-8
-_POINTS, _ROOM = 4000, 4.0
+_POINTS, _EXTENT_OF_TABLES = 4000, 4.0
 """Nodes of the table of the profile, and its first end over the size of the contact."""
 _CLOSED = 5e-4
 """Contact radius, over the size of the contact, at which a contact that closes rests."""
@@ -185,7 +185,7 @@ class ShortSprings:
         end: float,
     ) -> None:
         self.zone, self._profile, self._size, self._end = zone, profile, size, end
-        self.free, self.lost = True, False
+        self.free, self.separated = True, False
         self.parted: tuple[float, float] | None = None
         """Depth [m] and force [N] where the edge became faster than any steady one before the bodies parted."""
         relaxation = zone.relaxation
@@ -195,7 +195,7 @@ class ShortSprings:
         self._setting[edge.RUBBERY], self._setting[edge.GLASSY] = relaxation.rubbery, relaxation.glassy
         self._setting[edge.WORK], self._setting[edge.UNIT] = zone.work, zone.unit
         self._setting[edge.CLOSED], self._setting[edge.SHORTEST] = _CLOSED * size, zone.shortest
-        self._tabulate(_ROOM * size)
+        self._tabulate(_EXTENT_OF_TABLES * size)
 
     def _tabulate(self, radius: float) -> None:
         """Tabulate the profile up to a radius or its end, with nodes that are even in the square root."""
@@ -240,13 +240,13 @@ class ShortSprings:
         done = 0
         if self.free:
             # after a separation the surfaces stay apart while they are pulled further
-            nearing = not self.lost or control[-1] > control[0]
+            nearing = not self.separated or control[-1] > control[0]
             touching = np.flatnonzero(control[1:] >= 0.0) if nearing else np.zeros(0, dtype=np.intp)
             done = int(touching[0]) if touching.size else time.size - 1
             rows = [_out_of_contact(each, k) for each in control[1 : done + 1].tolist()]
             if not touching.size:
                 return rows
-            if self.lost:
+            if self.separated:
                 raise PathError(
                     "the bodies touch again after they have separated, which the law of a small zone does not cover; give MaugisDugdale(work, range=...)"
                 )
@@ -305,7 +305,7 @@ class ShortSprings:
             d, force, Q, load = edge.state(t, y, setting, self._springs, self._table)
             rows.append((float(y[0]), d, force, load, Q - setting[edge.RUBBERY] * d, 0.0))
         if open_.size:
-            self.free = self.lost = True
+            self.free = self.separated = True
             self.parted = below
             first = len(rows)
             rows += [_out_of_contact(each, k) for each in control[1 + first :].tolist()]

@@ -264,7 +264,7 @@ class ZoneSprings:
             "elastic_energy": (driver.OUT_STORED, energy),
             "surface_energy": (driver.OUT_COHESIVE, energy),
             "work": (driver.OUT_WORK, energy),
-            "jump_dissipation": (driver.OUT_LOST, energy),
+            "jump_dissipation": (driver.OUT_JUMP_LOSS, energy),
             "body_dissipation": (driver.OUT_SPENT, energy),
             "event_depth": (driver.OUT_EVENT_D, self._unit),
             "event_force": (driver.OUT_EVENT_F, load),

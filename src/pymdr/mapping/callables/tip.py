@@ -31,7 +31,7 @@ _FAINT = 0.3
 """Fraction of rounding to the power 1.5 times the values at the requested radii: smaller values that end in 0 are no differences."""
 _UNFELT = 1e-40
 """Fraction of the values farther out that is negligible."""
-_DIGITS_LOST, _ROUNDINGS = 1e-13, 16.0
+_CANCELLATION, _ROUNDINGS = 1e-13, 16.0
 _STEADY = 1e-6
 """Largest change of an exponent from octave to octave of a power law."""
 _LEAST_DIFFERENCE = 0.1
@@ -160,7 +160,7 @@ def underflow_law(curve: Curve, top: float, end: float = math.inf, of: str = "va
             measured, least = scatter(curve, r[: deepest + 1])
             nonzero = values[: deepest + 1]
             unit = float(np.nanmax((least / nonzero)[nonzero > _UNDERFLOW], initial=EPS))
-            digits = max(_DIGITS_LOST, _ROUNDINGS * unit)
+            digits = max(_CANCELLATION, _ROUNDINGS * unit)
             sure = (np.maximum(measured, least) <= digits * nonzero) & (
                 nonzero > (_UNDERFLOW if unit == EPS else _UNDERFLOW_SINGLE)
             )

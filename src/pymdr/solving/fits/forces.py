@@ -173,14 +173,14 @@ class AdhesiveForces:
 
         root = np.linspace(0.0, deepest, _NODES)
         low = int(np.argmin(root**2 + compliance * self._at_roots(root)[0]))
-        lost = 0.0
+        turning = 0.0
         if low > 0:  # where the travel is least
             ends = root[[low - 1, min(low + 1, _NODES - 1)]]
             rates = rate(ends)
-            lost = float(root[low])
+            turning = float(root[low])
             if rates[0] < 0.0 < rates[1]:
-                lost = float(brentq(lambda x: float(rate(np.array([x]))[0]), *ends))
-        root = np.linspace(lost, deepest, _NODES)
+                turning = float(brentq(lambda x: float(rate(np.array([x]))[0]), *ends))
+        root = np.linspace(turning, deepest, _NODES)
         force = self._at_roots(root)[0]
         depth = self.fold + root**2
         travels = depth + compliance * force

@@ -152,7 +152,7 @@ def _first_parts(system: System, span: float, rows: int) -> int:
 
 def _change(fine: Followed, coarse: Followed) -> float:
     """The largest change of a position, relative to the way of its body."""
-    way = np.ptp(fine.position, axis=0)
-    size = np.maximum(way, 1e-9 * np.max(way, initial=0.0))
+    extent = np.ptp(fine.position, axis=0)
+    size = np.maximum(extent, 1e-9 * np.max(extent, initial=0.0))
     change = np.abs(fine.position - coarse.position).max(axis=0)
     return float(np.max(change / np.where(size > 0.0, size, 1.0)))

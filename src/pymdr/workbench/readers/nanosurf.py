@@ -35,7 +35,7 @@ def read(source: Path, calibration: Calibration) -> list[ForceRecord]:
     if "Spec" not in data:
         raise ProblemError(f"{source}: {_MAKER}, with images only; it has no force spectroscopy")
     spectra = data["Spec"]
-    channels = {(str(way), str(name)): spectra[way][name] for way, name in spectra.index}
+    channels = {(str(direction), str(name)): spectra[direction][name] for direction, name in spectra.index}
     z = next((name for name in _Z if ("Forward", name) in channels), None)
     if z is None or ("Forward", "Deflection") not in channels:
         names = ", ".join(sorted({name for _, name in channels}))
@@ -49,12 +49,14 @@ def read(source: Path, calibration: Calibration) -> list[ForceRecord]:
         )
     constant = _spring_constant(facts)
     directions = [
-        way for way in ("Forward", "Backward") if (way, z) in channels and (way, "Deflection") in channels
+        direction
+        for direction in ("Forward", "Backward")
+        if (direction, z) in channels and (direction, "Deflection") in channels
     ]
     records = []
     for k in range(len(channels["Forward", z])):
-        place = [np.asarray(channels[way, z][k], dtype=float) for way in directions]
-        signal = [np.asarray(channels[way, "Deflection"][k], dtype=float) for way in directions]
+        place = [np.asarray(channels[direction, z][k], dtype=float) for direction in directions]
+        signal = [np.asarray(channels[direction, "Deflection"][k], dtype=float) for direction in directions]
         if len(place) == 2 and abs(place[1][-1] - place[0][-1]) < abs(place[1][0] - place[0][-1]):
             place[1], signal[1] = place[1][::-1], signal[1][::-1]  # stored along the position, not the time
         columns: dict[str, FloatArray] = {kind: np.concatenate(signal), "travel": np.concatenate(place)}
