@@ -51,8 +51,8 @@ def following() -> Iterator[Ratio]:
     track = traced()
     history = follow(track, PATH)
     instabilities = np.count_nonzero(history.jumped)
-    one_way = np.count_nonzero(history.jumped[: LOADING.size])
-    require(one_way >= INSTABILITIES, f"the loading meets only {one_way} instabilities")
+    jumps = np.count_nonzero(history.jumped[: LOADING.size])
+    require(jumps >= INSTABILITIES, f"the loading meets only {jumps} instabilities")
     states = law().states(history.parameter[history.attached])
     error = np.max(np.abs(states.indentation - PATH[history.attached])) / TOP
     require(error <= 1e-10, f"states are off the curve by {error:.0e}")

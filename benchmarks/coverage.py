@@ -29,7 +29,7 @@ _RADII = np.linspace(0.0, 5e-6, 60)
 WORN = mdr.Sampled(_RADII, _RADII**2 / 1e-5 + 2e-8 * np.sin(_RADII / 4e-7) ** 2)
 NOISE, DRIFT, POINT, SEED = 0.01, 0.2, 3e-7, 16
 """The first two in parts of the range of the force."""
-WAY = np.concatenate([np.linspace(-1e-6, 1.5e-6, 120), np.linspace(1.5e-6, -2.5e-6, 180)])
+POSITIONS = np.concatenate([np.linspace(-1e-6, 1.5e-6, 120), np.linspace(1.5e-6, -2.5e-6, 180)])
 TIME = np.linspace(0.0, 4.0, 161)
 DEPTHS = np.interp(TIME, [0.0, 0.5, 1.0, 3.0, 4.0], [-0.5e-6, 0.0, 1e-6, 1e-6, -0.5e-6])
 
@@ -106,28 +106,30 @@ STUDIES = {
 }
 
 
-def tilt_of(force, way):
+def tilt_of(force, positions):
     """A drift, or a virtual deflection, in N/m."""
-    return DRIFT * np.ptp(force) / np.ptp(way)
+    return DRIFT * np.ptp(force) / np.ptp(positions)
 
 
 def records(study, count, seed):
     """Curves of one contact, each with noise of its own, an origin and a baseline that nobody knows."""
     rng = np.random.default_rng(seed)
     slow = study.true.is_viscoelastic
-    way = DEPTHS if slow else WAY
-    path = mdr.Path(**{"travel" if study.machine else "indentation": way}, **({"time": TIME} if slow else {}))
+    positions = DEPTHS if slow else POSITIONS
+    path = mdr.Path(
+        **{"travel" if study.machine else "indentation": positions}, **({"time": TIME} if slow else {})
+    )
     force = mdr.solve(study.true, path, machine_stiffness=study.machine)["normal_force"].values
     noisy = (
         force
-        + NOISE * np.ptp(force) * rng.normal(size=(count, way.size))
+        + NOISE * np.ptp(force) * rng.normal(size=(count, positions.size))
         + 1e-10
-        + tilt_of(force, way) * (way - way[0])
+        + tilt_of(force, positions) * (positions - positions[0])
     )
     data = xr.Dataset(
         {
             "force": (("curve", "sample"), noisy),
-            "travel" if study.machine else "indentation": ("sample", way + POINT),
+            "travel" if study.machine else "indentation": ("sample", positions + POINT),
         }
     )
     if study.machine:

@@ -46,11 +46,13 @@ def contact(tip, young, work=None):
 def recorded(made, curves, samples, machine):
     """Curves of one contact with noise of 1 %."""
     half = samples // 2
-    way = np.concatenate([np.linspace(-1e-6, 1e-6, half), np.linspace(1e-6, -2e-6, samples - half)])
+    positions = np.concatenate([np.linspace(-1e-6, 1e-6, half), np.linspace(1e-6, -2e-6, samples - half)])
     channel = "indentation" if machine is None else "travel"
-    force = mdr.solve(made, mdr.Path(**{channel: way}), machine_stiffness=machine)["normal_force"].values
+    force = mdr.solve(made, mdr.Path(**{channel: positions}), machine_stiffness=machine)[
+        "normal_force"
+    ].values
     noisy = force + 0.01 * np.ptp(force) * np.random.default_rng(0).normal(size=(curves, samples))
-    data = xr.Dataset({"force": (("curve", "sample"), noisy), channel: ("sample", way)})
+    data = xr.Dataset({"force": (("curve", "sample"), noisy), channel: ("sample", positions)})
     return data if machine is None else data.assign(spring_constant=machine)
 
 
@@ -61,16 +63,16 @@ def per_curve(made, data, free):
 
 def own_loop(data):
     """What a user writes: least squares over solve."""
-    way, force = data["indentation"].values, data["force"].values[0]
+    positions, force = data["indentation"].values, data["force"].values[0]
 
     def residuals(x):
-        path = mdr.Path(indentation=way - 1e-6 * x[1])
+        path = mdr.Path(indentation=positions - 1e-6 * x[1])
         return 1e9 * (mdr.solve(contact(TIP, 1e3 * x[0]), path)["normal_force"].values + 1e-9 * x[2] - force)
 
     return least_squares(residuals, [10.0, 0.1, 0.0])
 
 
-def by_nanite(way, force, contact_point=None):
+def by_nanite(positions, force, contact_point=None):
     """A Hertz fit by nanite, of its contact point too unless it is given; None where nanite cannot be imported."""
     if "NANITE" in os.environ and os.environ["NANITE"] not in sys.path:
         sys.path.append(os.environ["NANITE"])
@@ -80,9 +82,9 @@ def by_nanite(way, force, contact_point=None):
         return None
     columns = {
         "force": force,
-        "tip position": -way,
-        "height (measured)": -way,
-        "time": 1e-4 * np.arange(way.size),
+        "tip position": -positions,
+        "height (measured)": -positions,
+        "time": 1e-4 * np.arange(positions.size),
     }
     facts = {
         "path": pathlib.Path("curve"),
@@ -98,7 +100,9 @@ def by_nanite(way, force, contact_point=None):
         start["contact_point"].value, start["contact_point"].vary = -contact_point, False
 
     def fit():
-        curve = Indentation(data={**columns, "segment": np.zeros(way.size, dtype=np.uint8)}, metadata=facts)
+        curve = Indentation(
+            data={**columns, "segment": np.zeros(positions.size, dtype=np.uint8)}, metadata=facts
+        )
         curve.fit_model(model_key="hertz_para", params_initial=start, preprocessing=[], weight_cp=False)
         return curve.fit_properties["params_fitted"]["E"].value
 
@@ -178,8 +182,8 @@ def store_of(law, curves, samples, folder):
     tip, work, _ = MAPS[law]
     rng = np.random.default_rng(0)
     half = samples // 2
-    way = np.concatenate([np.linspace(-1e-6, 1e-6, half), np.linspace(1e-6, -2e-6, samples - half)])
-    path = mdr.Path(travel=way)
+    positions = np.concatenate([np.linspace(-1e-6, 1e-6, half), np.linspace(1e-6, -2e-6, samples - half)])
+    path = mdr.Path(travel=positions)
     kinds = np.array(
         [
             mdr.solve(
@@ -194,7 +198,7 @@ def store_of(law, curves, samples, folder):
         row = xr.Dataset({"force": (("y", "x", "sample"), force[None], {"units": "N"})})
         if first == 0:
             row = row.assign(
-                travel=("sample", way, {"units": "m"}), spring_constant=((), SPRING, {"units": "N/m"})
+                travel=("sample", positions, {"units": "m"}), spring_constant=((), SPRING, {"units": "N/m"})
             )
             row.to_zarr(
                 folder, mode="w", consolidated=False, encoding={"force": {"chunks": (1, _SIDE, samples)}}

@@ -50,16 +50,16 @@ def record(law, seed, machine=False):
     lag = 1.0 / stiffness if machine else 0.0
     far = 2.0 * depth + 3.0 * (work**2 * radius / modulus**2) ** (1.0 / 3.0)
     ends = -far, depth + lag * load, -far - 2.0 * lag * pull
-    way = np.concatenate([np.linspace(*ends[:2], samples), np.linspace(*ends[1:], samples)])
+    positions = np.concatenate([np.linspace(*ends[:2], samples), np.linspace(*ends[1:], samples)])
     channel = "travel" if machine else "indentation"
     options = {"machine_stiffness": stiffness} if machine else {}
-    force = mdr.solve(contact(law, radius, young, work), mdr.Path(**{channel: way}), **options)
+    force = mdr.solve(contact(law, radius, young, work), mdr.Path(**{channel: positions}), **options)
     noise = 10 ** rng.uniform(-2.0, -1.0) * (load if law == "Hertz" else min(load, pull))
-    noisy = force["normal_force"].values + noise * rng.normal(size=way.size) + 0.3 * pull
+    noisy = force["normal_force"].values + noise * rng.normal(size=positions.size) + 0.3 * pull
     curve = mdr.MeasuredCurve(
         force=noisy,
         spring_constant=stiffness if machine else None,
-        **{channel: way + depth * rng.uniform(-1.0, 1.0)},
+        **{channel: positions + depth * rng.uniform(-1.0, 1.0)},
     )
     begin = young * 10 ** rng.uniform(-2.0, 2.0), work * 10 ** rng.uniform(-1.5, 1.5)
     return Record(curve, {name: contact(name, radius, *begin) for name in LAWS}, noise)

@@ -90,8 +90,8 @@ def test_energies_and_similarity():
     result = mdr.solve(contact(3.0), path)
     spent = result["dissipated_energy"].values
     assert np.all(np.diff(spent) > -1e-4 * spent[-1])
-    lost = result["cohesive_radius"].values[-1] == 0.0
-    assert lost
+    separated = result["cohesive_radius"].values[-1] == 0.0
+    assert separated
     size, modulus, slow = 1e-6, 1e6, 100.0
     small = mdr.Contact(
         mdr.Paraboloid(size),

@@ -120,11 +120,11 @@ def test_bodies_that_jump_into_contact_make_the_methods_disagree(log_work, log_y
     gel = mdr.Contact(
         mdr.Paraboloid("5 um"), mdr.Elastic(10.0**log_young, 0.5), adhesion=mdr.JKR(10.0**log_work)
     )
-    way = np.linspace(-3e-6, 2e-6, 1200)
+    positions = np.linspace(-3e-6, 2e-6, 1200)
     machine = 10.0**log_machine
-    force = mdr.solve(gel, mdr.Path(travel=way), machine_stiffness=machine)["normal_force"].values
-    force = force + 1e-11 * np.random.default_rng(seed).normal(size=way.size) + 3e-10
-    result = mdr.MeasuredCurve(force=force, travel=way + 1e-6, spring_constant=machine).contact_point()
+    force = mdr.solve(gel, mdr.Path(travel=positions), machine_stiffness=machine)["normal_force"].values
+    force = force + 1e-11 * np.random.default_rng(seed).normal(size=positions.size) + 3e-10
+    result = mdr.MeasuredCurve(force=force, travel=positions + 1e-6, spring_constant=machine).contact_point()
     assert result.low < 1e-6 < result.high
     jump = 3e-10 - float(force.min())
     if jump > 0.1 * float(force.max()):  # the force comes back to 0 only deep in the contact

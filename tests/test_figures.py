@@ -111,10 +111,10 @@ TIMES = np.geomspace(1e-3, 1e2, 41)
 
 def measured(seed=0):
     """A noisy approach to a gel."""
-    way = np.linspace(-1e-6, 1e-6, 120)
-    force = solved(TIP, mdr.Path(indentation=way), GEL)["normal_force"].values
-    noise = 0.002 * force.max() * np.random.default_rng(seed).normal(size=way.size)
-    return mdr.MeasuredCurve(indentation=way, force=force + noise)
+    positions = np.linspace(-1e-6, 1e-6, 120)
+    force = solved(TIP, mdr.Path(indentation=positions), GEL)["normal_force"].values
+    noise = 0.002 * force.max() * np.random.default_rng(seed).normal(size=positions.size)
+    return mdr.MeasuredCurve(indentation=positions, force=force + noise)
 
 
 class DrawnPoint:

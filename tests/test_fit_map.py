@@ -39,8 +39,8 @@ def contact_of(tip, young, work=None, size=5e-6):
 
 
 def curve_of(contact, depth, machine=None, noise=0.0, seed=0, base=0.0, place=0.0, n=240):
-    way = np.concatenate([np.linspace(-depth, depth, n // 2), np.linspace(depth, -2.0 * depth, n // 2)])
-    channel = {"indentation": way} if machine is None else {"travel": way}
+    positions = np.concatenate([np.linspace(-depth, depth, n // 2), np.linspace(depth, -2.0 * depth, n // 2)])
+    channel = {"indentation": positions} if machine is None else {"travel": positions}
     force = mdr.solve(contact, mdr.Path(**channel), machine_stiffness=machine)["normal_force"].values
     force = force + noise * np.ptp(force) * np.random.default_rng(seed).normal(size=n) + base * np.ptp(force)
     moved = {name: values + place * depth for name, values in channel.items()}
@@ -500,14 +500,14 @@ def test_each_curve_of_a_map_has_the_fit_range(limits, work):
 
 @pytest.mark.parametrize(("seed", "draws"), [(4, 13), (9, 4)], ids=["jumps", "range"])
 def test_jumps_and_ranges_are_found_in_turn(seed, draws):
-    ball, way = mdr.Paraboloid("1 um"), np.linspace(-3e-7, 2.5e-7, 160)
-    way, rng = np.concatenate([way, way[::-1]]), np.random.default_rng(seed)
+    ball, positions = mdr.Paraboloid("1 um"), np.linspace(-3e-7, 2.5e-7, 160)
+    positions, rng = np.concatenate([positions, positions[::-1]]), np.random.default_rng(seed)
     # the end of the first has other jumps than its start; two samples of the second enter and leave the range by turns
-    young, noise = [(10 ** rng.uniform(3.3, 4.3), rng.normal(size=way.size)) for _ in range(draws)][-1]
+    young, noise = [(10 ** rng.uniform(3.3, 4.3), rng.normal(size=positions.size)) for _ in range(draws)][-1]
     true = mdr.Contact(ball, mdr.Elastic(young, 0.5), adhesion=mdr.JKR(1e-9 * young))
-    force = mdr.solve(true, mdr.Path(travel=way), machine_stiffness=0.02)["normal_force"].values
+    force = mdr.solve(true, mdr.Path(travel=positions), machine_stiffness=0.02)["normal_force"].values
     force += 0.005 * np.ptp(force) * noise
-    curve = mdr.MeasuredCurve(force=force, travel=way + 1e-8, spring_constant=0.02)
+    curve = mdr.MeasuredCurve(force=force, travel=positions + 1e-8, spring_constant=0.02)
     start = mdr.Contact(ball, mdr.Elastic("5 kPa", 0.5), adhesion=mdr.JKR("5 uJ/m^2"))
     assert_as_single_fits(start, [curve], FREE, {"indentation": "150 nm"})
 
@@ -830,13 +830,13 @@ def test_maps_of_bodies_with_memory_report_every_curve():
 
 def test_a_map_determines_what_a_soft_machine_does_not():
     sticky = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("30 kPa", 0.5), adhesion=mdr.JKR("0.2 mJ/m^2"))
-    way = np.concatenate([np.linspace(-2e-6, 2e-6, 150), np.linspace(2e-6, -3e-6, 190)])
+    positions = np.concatenate([np.linspace(-2e-6, 2e-6, 150), np.linspace(2e-6, -3e-6, 190)])
     start = mdr.Contact(sticky.profile, mdr.Elastic(1e5, 0.5), adhesion=mdr.JKR(1e-3))
     endings = {}
     for machine in (0.05, 0.001):
-        true = mdr.solve(sticky, mdr.Path(travel=way), machine_stiffness=machine)["normal_force"].values
-        noise = 0.01 * np.ptp(true) * np.random.default_rng(1).normal(size=(8, way.size))
-        data = xr.Dataset({"force": (("curve", "sample"), true + noise), "travel": ("sample", way)})
+        true = mdr.solve(sticky, mdr.Path(travel=positions), machine_stiffness=machine)["normal_force"].values
+        noise = 0.01 * np.ptp(true) * np.random.default_rng(1).normal(size=(8, positions.size))
+        data = xr.Dataset({"force": (("curve", "sample"), true + noise), "travel": ("sample", positions)})
         fitted = mdr.fit_map(start, data.assign(spring_constant=machine), FREE)
         endings[machine] = fitted.counts
         for name in FREE:
@@ -879,11 +879,11 @@ def test_a_pull_of_a_few_samples_is_recovered_with_honest_errors():
     sticky = mdr.Contact(
         mdr.PowerLaw(3.3, "1 um", "5 um"), mdr.Elastic("3 kPa", 0.5), adhesion=mdr.JKR("30 uJ/m^2")
     )
-    way = np.concatenate([np.linspace(-1e-6, 1.2e-6, 200), np.linspace(1.2e-6, -2.5e-6, 60)])
-    true = mdr.solve(sticky, mdr.Path(travel=way), machine_stiffness=0.02)["normal_force"].values
+    positions = np.concatenate([np.linspace(-1e-6, 1.2e-6, 200), np.linspace(1.2e-6, -2.5e-6, 60)])
+    true = mdr.solve(sticky, mdr.Path(travel=positions), machine_stiffness=0.02)["normal_force"].values
     assert 4 < (true < 0.3 * true.min()).sum() < 10
-    noise = 0.018 * np.ptp(true) * np.random.default_rng(1).normal(size=(150, way.size))
-    data = xr.Dataset({"force": (("curve", "sample"), true + noise), "travel": ("sample", way)})
+    noise = 0.018 * np.ptp(true) * np.random.default_rng(1).normal(size=(150, positions.size))
+    data = xr.Dataset({"force": (("curve", "sample"), true + noise), "travel": ("sample", positions)})
     start = mdr.Contact(sticky.profile, mdr.Elastic(1e4, 0.5), adhesion=mdr.JKR(1e-3))
     fitted = mdr.fit_map(start, data.assign(spring_constant=0.02), FREE)
     assert fitted.counts == {"fitted": 150}
@@ -892,7 +892,9 @@ def test_a_pull_of_a_few_samples_is_recovered_with_honest_errors():
         # three deviations of the count below 95 %
         assert np.mean(off < 1.96) > 0.89
         assert off.max() < 5.0
-    single = mdr.fit(start, mdr.MeasuredCurve(force=true + noise[0], travel=way, spring_constant=0.02), FREE)
+    single = mdr.fit(
+        start, mdr.MeasuredCurve(force=true + noise[0], travel=positions, spring_constant=0.02), FREE
+    )
     assert single["adhesion.work"].error == pytest.approx(float(fitted["adhesion.work_error"][0]), rel=0.2)
 
 
@@ -901,15 +903,15 @@ def test_a_pull_of_a_few_samples_is_recovered_with_honest_errors():
 def test_a_contact_that_is_a_small_part_of_its_record_is_located(log_share, samples, knows_point, sticks):
     share = max(10.0**log_share, 24.0 / samples)
     contact = contact_of("paraboloid", 3e3, 1e-6 if sticks else None)
-    way = 1e-6 * np.linspace(1.0 - 1.0 / share, 1.0, samples)
+    positions = 1e-6 * np.linspace(1.0 - 1.0 / share, 1.0, samples)
     if sticks:
-        way = np.concatenate([way, way[::-1]])
-    force = mdr.solve(contact, mdr.Path(indentation=way))["normal_force"].values
-    noisy = force + 1e-3 * np.ptp(force) * np.random.default_rng(samples).normal(size=way.size)
+        positions = np.concatenate([positions, positions[::-1]])
+    force = mdr.solve(contact, mdr.Path(indentation=positions))["normal_force"].values
+    noisy = force + 1e-3 * np.ptp(force) * np.random.default_rng(samples).normal(size=positions.size)
     start = contact_of("paraboloid", 1e5, 1e-6 if sticks else None)
     point = 0.0 if knows_point else None
     fitted = mdr.fit_map(
-        start, [mdr.MeasuredCurve(force=noisy, indentation=way)], ["body.young"], contact_point=point
+        start, [mdr.MeasuredCurve(force=noisy, indentation=positions)], ["body.young"], contact_point=point
     )
     assert fitted.counts == {"fitted": 1}
     assert abs(fitted["body.young"].values[0] - 3e3) < 5.0 * fitted["body.young_error"].values[0]
@@ -939,10 +941,10 @@ def test_a_record_beyond_the_profile_is_fitted_up_to_its_end(work, top):
     short = mdr.Sampled(radii, radii**2 / 1e-5)
     adhesion = None if work is None else mdr.JKR(work)
     whole = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic(3e3, 0.5), adhesion=adhesion)
-    way = np.concatenate([np.linspace(-5e-6, top, 200), np.linspace(top, -5e-6, 200)])
-    force = mdr.solve(whole, mdr.Path(indentation=way))["normal_force"].values
-    noise = 1e-3 * np.ptp(force) * np.random.default_rng(0).normal(size=way.size)
-    curve = mdr.MeasuredCurve(force=force + noise, indentation=way)
+    positions = np.concatenate([np.linspace(-5e-6, top, 200), np.linspace(top, -5e-6, 200)])
+    force = mdr.solve(whole, mdr.Path(indentation=positions))["normal_force"].values
+    noise = 1e-3 * np.ptp(force) * np.random.default_rng(0).normal(size=positions.size)
+    curve = mdr.MeasuredCurve(force=force + noise, indentation=positions)
     start = mdr.Contact(short, mdr.Elastic(1e4, 0.5), adhesion=None if work is None else mdr.JKR(1e-3))
     free = ["body.young"] if work is None else FREE
     fitted = mdr.fit_map(start, [curve], free)

@@ -14,15 +14,17 @@ from pymdr.errors import ProblemError
 from pymdr.workbench.cli import app
 
 BODY = mdr.Elastic("3 kPa", 0.5)
-WAY = np.linspace(-2e-6, 2e-6, 400)
+POSITIONS = np.linspace(-2e-6, 2e-6, 400)
 
 
 def recorded(profile, noise=0.0, seed=0, constant=0.05, tilt=0.0):
     """A record on a machine, with offsets."""
     contact = mdr.Contact(profile, BODY)
-    force = mdr.solve(contact, mdr.Path(travel=WAY), machine_stiffness=constant)["normal_force"].values
-    force = force + noise * np.ptp(force) * np.random.default_rng(seed).normal(size=WAY.size)
-    return mdr.MeasuredCurve(force=force + tilt * WAY - 1e-10, travel=WAY + 4e-7, spring_constant=constant)
+    force = mdr.solve(contact, mdr.Path(travel=POSITIONS), machine_stiffness=constant)["normal_force"].values
+    force = force + noise * np.ptp(force) * np.random.default_rng(seed).normal(size=POSITIONS.size)
+    return mdr.MeasuredCurve(
+        force=force + tilt * POSITIONS - 1e-10, travel=POSITIONS + 4e-7, spring_constant=constant
+    )
 
 
 def start(profile):
@@ -87,7 +89,7 @@ def test_a_fit_range_is_that_of_the_model_and_is_reported():
         fitted = mdr.fit(start(ball), curve, ["body.young"], fit_range=limits)
         assert fitted["body.young"].low < 3e3 < fitted["body.young"].high
         depth, force = fitted.data["indentation"].values, fitted.data["model"].values
-        step = np.diff(WAY)[0]  # one sample may enter or leave
+        step = np.diff(POSITIONS)[0]  # one sample may enter or leave
         assert depth.max() <= 500e-9 + step if "force" not in limits else force.max() <= 2.2e-9
         assert any(note.startswith("fit range: ") for note in fitted.notes)
     for wrong in ({"depth": 1.0}, {}, {"force": "-1 nN"}):

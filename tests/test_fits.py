@@ -39,9 +39,9 @@ SHAPES = {
 JKR = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("3 kPa", 0.5), adhesion=mdr.JKR("0.2 mJ/m^2"))
 
 
-def recorded(contact, way, machine=None, noise=0.0, seed=0, force=0.0, place=0.0):
+def recorded(contact, positions, machine=None, noise=0.0, seed=0, force=0.0, place=0.0):
     """A curve as it would be measured."""
-    channel = {"indentation": way} if machine is None else {"travel": way}
+    channel = {"indentation": positions} if machine is None else {"travel": positions}
     solved = mdr.solve(contact, mdr.Path(**channel), machine_stiffness=machine)["normal_force"].values
     spread = noise * np.ptp(solved) * np.random.default_rng(seed).normal(size=solved.size)
     moved = {name: values + place for name, values in channel.items()}
@@ -80,8 +80,8 @@ def test_moduli_of_any_size_are_recovered(shape, log_size, log_young, log_start,
 @pytest.mark.parametrize("start", [(1e6, 1e-2), (30.0, 1e-6)])
 def test_work_and_modulus_from_any_start(law, machine, start):
     contact = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("3 kPa", 0.5), adhesion=law)
-    way = np.concatenate([np.linspace(-1e-6, 1.5e-6, 250), np.linspace(1.5e-6, -3e-6, 450)])
-    curve = recorded(contact, way, machine, 0.01, 3, -1e-10, 4e-7)
+    positions = np.concatenate([np.linspace(-1e-6, 1.5e-6, 250), np.linspace(1.5e-6, -3e-6, 450)])
+    curve = recorded(contact, positions, machine, 0.01, 3, -1e-10, 4e-7)
     first = mdr.Contact(contact.profile, mdr.Elastic(start[0], 0.5), adhesion=type(law)(start[1]))
     fitted = mdr.fit(first, curve, ["body.young", "adhesion.work"])
     assert {"body.young", "adhesion.work"} <= set(fitted)
@@ -97,12 +97,12 @@ def test_work_and_modulus_from_any_start(law, machine, start):
 def test_the_branch_is_that_of_the_history(shape, log_work, log_machine):
     contact = mdr.Contact(SHAPES[shape](1.0), mdr.Elastic(0.75, 0.5), adhesion=mdr.JKR(0.1 * 10.0**log_work))
     machine = None if log_machine is None else 0.1 * 10.0**log_machine
-    way = np.linspace(0.5, -0.6, 300)
-    channel = {"indentation": way} if machine is None else {"travel": way}
+    positions = np.linspace(0.5, -0.6, 300)
+    channel = {"indentation": positions} if machine is None else {"travel": positions}
     solved = mdr.solve(contact, mdr.indent(0.8) >> mdr.Path(**channel), machine_stiffness=machine)
     force = solved["normal_force"].values[1:]
     compliance = 0.0 if machine is None else 1.0 / machine
-    model, touches, _ = modelled(forces_of(contact, 0.9, compliance, None), way, force)
+    model, touches, _ = modelled(forces_of(contact, 0.9, compliance, None), positions, force)
     assert model == pytest.approx(force, abs=2e-8 * np.abs(force).max())
     assert np.array_equal(touches, force != 0.0)
 
@@ -301,12 +301,12 @@ def test_tables_recover_memory_as_springs_do(machine, monkeypatch):
         mdr.Paraboloid("5 um"), mdr.Viscoelastic(mdr.StandardSolid("1 kPa", "3 kPa", "0.5 s"), poisson=0.5)
     )
     time = np.linspace(0.0, 4.0, 60)
-    way = np.interp(time, [0.0, 1.0, 2.5, 4.0], [-0.5e-6, 1e-6, 1e-6, -0.5e-6])
+    positions = np.interp(time, [0.0, 1.0, 2.5, 4.0], [-0.5e-6, 1e-6, 1e-6, -0.5e-6])
     channel = "indentation" if machine is None else "travel"
-    path = mdr.Path(time=time, **{channel: way})
+    path = mdr.Path(time=time, **{channel: positions})
     force = mdr.solve(contact, path, machine_stiffness=machine)["normal_force"].values
     force = force + 0.01 * np.ptp(force) * np.random.default_rng(2).normal(size=force.size)
-    curve = mdr.MeasuredCurve(force=force, time=time, spring_constant=machine, **{channel: way + 1e-7})
+    curve = mdr.MeasuredCurve(force=force, time=time, spring_constant=machine, **{channel: positions + 1e-7})
     free = ["body.shear.equilibrium", "body.shear.modulus", "body.shear.time"]
     quick = estimated(search_of(contact, curve, free, {"tilt": 0.0}))
     monkeypatch.setattr("pymdr.solving.fits.forces.approach_and_retreat", lambda *given: None)
@@ -612,10 +612,12 @@ def test_errors_of_long_records_fall_with_the_root_of_the_samples(law):
     start = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("1 MPa", 0.5), adhesion=law("10 mJ/m^2"))
     results = {}
     for n in (4_000, 100_000):
-        way = np.concatenate([np.linspace(-2e-6, 2e-6, n // 2), np.linspace(2e-6, -3e-6, n // 2)])
-        force = mdr.solve(gel, mdr.Path(travel=way), machine_stiffness="0.05 N/m")["normal_force"].values
-        force = force + 2e-10 * np.random.default_rng(4).normal(size=way.size)
-        record = mdr.MeasuredCurve(force=force, travel=way + 4e-7, spring_constant="0.05 N/m")
+        positions = np.concatenate([np.linspace(-2e-6, 2e-6, n // 2), np.linspace(2e-6, -3e-6, n // 2)])
+        force = mdr.solve(gel, mdr.Path(travel=positions), machine_stiffness="0.05 N/m")[
+            "normal_force"
+        ].values
+        force = force + 2e-10 * np.random.default_rng(4).normal(size=positions.size)
+        record = mdr.MeasuredCurve(force=force, travel=positions + 4e-7, spring_constant="0.05 N/m")
         results[n] = mdr.fit(start, record, ["body.young", "adhesion.work"])
     for name, true in (("body.young", 3e3), ("adhesion.work", 2e-4), ("contact_point", 4e-7)):
         few, many = (results[n][name] for n in results)
@@ -685,10 +687,10 @@ def test_a_search_along_a_valley_is_given_up():
     """A pull on a machine 200 times softer than the contact: work and modulus are hardly distinct, and 400 trials took up to 20 s."""
     radius, work, spring = 1e-6, 1e-3, 1e-3
     contact = mdr.Contact(mdr.Paraboloid(radius), mdr.Elastic("1 MPa", 0.5), adhesion=mdr.DMT(work))
-    way = np.concatenate([np.linspace(-2e-5, 2e-5, 250), np.linspace(2e-5, -2e-5, 250)])
-    force = mdr.solve(contact, mdr.Path(travel=way), machine_stiffness=spring)["normal_force"].values
-    noise = 4e-3 * np.ptp(force) * np.random.default_rng(2).normal(size=way.size)
-    curve = mdr.MeasuredCurve(force=force + noise, travel=way, spring_constant=spring)
+    positions = np.concatenate([np.linspace(-2e-5, 2e-5, 250), np.linspace(2e-5, -2e-5, 250)])
+    force = mdr.solve(contact, mdr.Path(travel=positions), machine_stiffness=spring)["normal_force"].values
+    noise = 4e-3 * np.ptp(force) * np.random.default_rng(2).normal(size=positions.size)
+    curve = mdr.MeasuredCurve(force=force + noise, travel=positions, spring_constant=spring)
     start = mdr.Contact(mdr.Paraboloid(radius), mdr.Elastic("3 MPa", 0.5), adhesion=mdr.DMT("0.3 mJ/m^2"))
     with pytest.raises(
         mdr.ConvergenceError, match=r"creeps: its last 80 trials.*body\.young and adhesion\.work; fix one"

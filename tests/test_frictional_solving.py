@@ -1314,19 +1314,21 @@ def test_a_shift_under_a_load_follows_both_between_rows(loads, shifts, machine):
     part = np.linspace(0.0, 1.0, closer + 1)[1:]
     # short parts where the first touch is
     parts = [part**3, *(part for _ in ends[1:])]
-    way = np.concatenate([a + (b - a) * p for p, (a, b) in zip(parts, pairwise([0.0, *ends]), strict=True)])
+    positions = np.concatenate(
+        [a + (b - a) * p for p, (a, b) in zip(parts, pairwise([0.0, *ends]), strict=True)]
+    )
     if machine is not None:
-        travels, low, high = way, np.zeros(way.size), way
+        travels, low, high = positions, np.zeros(positions.size), positions
         for _ in range(60):
-            way = 0.5 * (low + high)
-            above = way + load(way) / machine > travels
-            low, high = np.where(above, low, way), np.where(above, way, high)
+            positions = 0.5 * (low + high)
+            above = positions + load(positions) / machine > travels
+            low, high = np.where(above, low, positions), np.where(above, positions, high)
     else:
-        way = depth(way)
+        positions = depth(positions)
     moved = np.concatenate(
         [a + (b - a) * p for p, (a, b) in zip(parts, pairwise([0.0, *shifts]), strict=True)]
     )
-    close = mdr.solve(STEEL_BALL, mdr.Path(indentation=way, shift=moved))
+    close = mdr.solve(STEEL_BALL, mdr.Path(indentation=positions, shift=moved))
     for quantity in ("tangential_force", "dissipated_energy", "slip_distance"):
         expected = close[quantity].values[closer - 1 :: closer]
         size = max(np.max(np.abs(close[quantity].values)), 1e-12)

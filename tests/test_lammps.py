@@ -55,9 +55,9 @@ def test_lammps_parts_at_the_fold_of_force_control(study):
         full = float(study.data["restitution"].sel(case=f"collision, JKR, {speed} mm/s"))
         assert full < there
         # by the energies of both ends: m v^2 (1 - e^2) / 2 of a ball is lost in the part of the pull-off that is left out
-        lost = 0.5 * BALL.mass * (1e-3 * speed) ** 2 * (there**2 - full**2)
+        dissipated = 0.5 * BALL.mass * (1e-3 * speed) ** 2 * (there**2 - full**2)
         histories = study.data["dissipated_energy"].sel(case=["JKR", PARTED]).values
-        assert lost == pytest.approx(histories[0] - histories[1], rel=5e-2)
+        assert dissipated == pytest.approx(histories[0] - histories[1], rel=5e-2)
 
 
 def test_series_are_curves_of_both(study):
@@ -78,10 +78,10 @@ def test_linear_springs_err_by_what_is_known(study, part):
     modulus, depth = 1e9 / (1.0 - 0.09) / 2.0, 1e-4
     limit = 0.3 * 4.0 / 3.0 * modulus * np.sqrt(BALL.radius) * depth**1.5
     slip = 0.3 * (2.0 - 0.3) / (2.0 * (1.0 - 0.3)) * depth
-    lost, there = (
+    dissipated, there = (
         float(study.data[name].sel(case=case)) for name in ("dissipated_energy", "lammps_dissipated_energy")
     )
-    assert lost == pytest.approx(limit * slip * (4.0 * part - 3.2), rel=1e-3)
+    assert dissipated == pytest.approx(limit * slip * (4.0 * part - 3.2), rel=1e-3)
     assert there == pytest.approx(limit * slip * (4.0 * part - 8.0 / 3.0), rel=1e-2)
 
 

@@ -116,7 +116,7 @@ def test_a_flat_parts_where_it_does_in_closed_form(tmp_path, profile):
     law = mdr.export_law(contact, DEEPEST)
     last = law.history.pull_off[0]
     assert last == pytest.approx(-math.sqrt(2.0 * math.pi * flat * receding / modulus), rel=1e-14)
-    lost = math.pi * flat**2 * (2.0 * receding - advancing)
+    dissipated = math.pi * flat**2 * (2.0 * receding - advancing)
     depth = last * (1.0 - np.array([1e-5, 1e-8, 1e-9, 1e-12]))
     above, below = (np.nextafter(last, end) for end in (1.0, -1.0))
     code = InC(law, tmp_path, CALLS)
@@ -131,7 +131,7 @@ def test_a_flat_parts_where_it_does_in_closed_form(tmp_path, profile):
         result = code.advance([0.0, DEEPEST, *rows], [0.0] * (2 + len(rows)))
         assert np.all(result[:-1, 3] > 0.999 * flat)
         assert result[-1, [0, 2, 3]].tolist() == [0.0, 2.0, 0.0]
-        whole = (receding - advancing) * math.pi * (result[1, 3] ** 2 - flat**2) + lost
+        whole = (receding - advancing) * math.pi * (result[1, 3] ** 2 - flat**2) + dissipated
         assert result[-1, 1] - result[1, 1] == pytest.approx(whole, rel=1e-11)
 
 

@@ -170,11 +170,11 @@ def test_fields_of_a_history_are_those_of_rings():
 
 def test_work_is_stored_or_dissipated():
     result = mdr.solve(ball(mdr.Layered([layer()])), UP_AND_DOWN)
-    work, stored, lost = (
+    work, stored, dissipated = (
         result[name].values for name in ("external_work", "elastic_energy", "dissipated_energy")
     )
-    assert work == pytest.approx(stored + lost, rel=1e-9)
-    assert np.all(np.diff(lost) > 0.0)
+    assert work == pytest.approx(stored + dissipated, rel=1e-9)
+    assert np.all(np.diff(dissipated) > 0.0)
 
 
 def test_creep_passes_the_depths_that_are_resolved_beyond_its_own():

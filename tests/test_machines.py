@@ -90,8 +90,8 @@ def test_a_frictionless_motion_runs_back():
         for body, x, v in zip(machine.bodies, there.position[-1], there.velocity[-1], strict=True)
     ]
     back = followed(mdr.Machine(bodies, machine.links), 2e-3, 4000)
-    way = np.ptp(np.stack([there.position[-1], back.position[-1]]))
-    assert np.allclose(back.position[-1], [-1e-6, 0.0], rtol=0, atol=1e-9 * way)
+    extent = np.ptp(np.stack([there.position[-1], back.position[-1]]))
+    assert np.allclose(back.position[-1], [-1e-6, 0.0], rtol=0, atol=1e-9 * extent)
     assert np.allclose(back.velocity[-1], [0.0, -1e-3], rtol=0, atol=1e-9)
 
 
@@ -134,9 +134,12 @@ def test_normal_oscillation_lowers_friction_between_its_limits():
 @pytest.mark.parametrize("ratio", [0.02, 0.5, 2.0])
 def test_tangential_oscillation_lowers_friction(ratio):
     """With ways far beyond the elastic shift the mean is mu F_N (2 / pi) arcsin(v / v_max), and mu F_N above v_max."""
-    depth, way, frequency = 1e-9, 1e-4, 1e3
-    largest = 2 * math.pi * frequency * way
-    bodies = [mdr.Mass("slider", 1e12, velocity=ratio * largest), mdr.Drive("shaker", 0, 0, way, frequency)]
+    depth, amplitude, frequency = 1e-9, 1e-4, 1e3
+    largest = 2 * math.pi * frequency * amplitude
+    bodies = [
+        mdr.Mass("slider", 1e12, velocity=ratio * largest),
+        mdr.Drive("shaker", 0, 0, amplitude, frequency),
+    ]
     joint = mdr.Joint(RUBBING, (), {"slider": 1, "shaker": 1}, indentation=depth)
     motion = mdr.move(mdr.Machine(bodies, [joint]), 4 / frequency, steps=4000)
     mean = motion["tangential_force"].values[1001:, 0].mean()

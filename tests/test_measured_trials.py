@@ -25,7 +25,7 @@ from pymdr.workbench.tables import read_curve
 RADIUS, POISSON = 5e-6, 0.5
 BALL = mdr.Contact(mdr.Paraboloid(RADIUS), mdr.Elastic("10 kPa", POISSON))
 STICKY = mdr.Contact(mdr.Paraboloid(RADIUS), mdr.Elastic("10 kPa", POISSON), adhesion=mdr.JKR("1 mJ/m^2"))
-WAY = np.linspace(-1e-6, 1e-6, 80)
+POSITIONS = np.linspace(-1e-6, 1e-6, 80)
 
 
 def hertz(young, depth):
@@ -47,14 +47,14 @@ def map_of(young, stiffness, order, springs):
     """A map over y and x whose force and spring constants have their dimensions in any order."""
     force = np.array(
         [
-            [on_machine(E, k, WAY) for E, k in zip(*row, strict=True)]
+            [on_machine(E, k, POSITIONS) for E, k in zip(*row, strict=True)]
             for row in zip(young, stiffness, strict=True)
         ]
     )
     data = xr.Dataset(
         {
             "force": (("y", "x", "sample"), force, {"units": "N"}),
-            "travel": ("sample", WAY, {"units": "m"}),
+            "travel": ("sample", POSITIONS, {"units": "m"}),
             "spring_constant": (("y", "x"), stiffness, {"units": "N/m"}),
         }
     )
@@ -123,12 +123,12 @@ def test_columns_of_a_map_that_do_not_belong_to_its_curves_are_refused(name, giv
 @given(st.floats(-12.0, 3.0), st.booleans(), st.sampled_from([None, 1e-3, 1.0]))
 def test_curves_that_do_not_change_are_no_contact_and_stop_no_map(log_level, is_negative, machine):
     level = (-1.0 if is_negative else 1.0) * 10.0**log_level
-    rows = np.array([np.full(80, level), np.zeros(80), np.full(80, math.nan), hertz(1e4, WAY)])
-    place = {"indentation": ("sample", WAY, {"units": "m"})}
+    rows = np.array([np.full(80, level), np.zeros(80), np.full(80, math.nan), hertz(1e4, POSITIONS)])
+    place = {"indentation": ("sample", POSITIONS, {"units": "m"})}
     if machine is not None:
-        rows[3] = on_machine(1e4, machine, WAY)
+        rows[3] = on_machine(1e4, machine, POSITIONS)
         place = {
-            "travel": ("sample", WAY, {"units": "m"}),
+            "travel": ("sample", POSITIONS, {"units": "m"}),
             "spring_constant": ((), machine, {"units": "N/m"}),
         }
     data = xr.Dataset({"force": (("curve", "sample"), rows, {"units": "N"}), **place})
@@ -144,17 +144,17 @@ def test_curves_that_do_not_change_are_no_contact_and_stop_no_map(log_level, is_
 
 @pytest.mark.parametrize("changed", [0, 1, 2])
 def test_a_store_of_a_map_is_refused_where_any_curve_has_changed(changed, tmp_path):
-    curves = [mdr.MeasuredCurve(force=hertz(E, WAY), indentation=WAY) for E in (1e3, 2e3, 3e3)]
+    curves = [mdr.MeasuredCurve(force=hertz(E, POSITIONS), indentation=POSITIONS) for E in (1e3, 2e3, 3e3)]
     mdr.fit_map(BALL, curves, ["body.young"], folder=tmp_path / "fits")
     again = mdr.fit_map(BALL, curves, ["body.young"], folder=tmp_path / "fits")
     assert np.allclose(again["body.young"].values, [1e3, 2e3, 3e3], rtol=1e-9)
-    curves[changed] = mdr.MeasuredCurve(force=hertz(9e3, WAY), indentation=WAY)
+    curves[changed] = mdr.MeasuredCurve(force=hertz(9e3, POSITIONS), indentation=POSITIONS)
     with pytest.raises(FileError, match="a curve, or the version"):
         mdr.fit_map(BALL, curves, ["body.young"], folder=tmp_path / "fits")
 
 
 def test_folders_of_another_version_are_refused(tmp_path, monkeypatch):
-    curves = [mdr.MeasuredCurve(force=hertz(1e3, WAY), indentation=WAY)]
+    curves = [mdr.MeasuredCurve(force=hertz(1e3, POSITIONS), indentation=POSITIONS)]
     swept = {"body.young": ["1 kPa", "2 kPa"]}
     mdr.fit_map(BALL, curves, ["body.young"], folder=tmp_path / "fits")
     mdr.sweep(BALL, mdr.indent("1 um"), swept, folder=tmp_path / "parts")
@@ -174,15 +174,17 @@ def test_folders_of_another_version_are_refused(tmp_path, monkeypatch):
 def test_no_fit_deviates_more_from_the_record_than_the_true_parameters(seed):
     rng = np.random.default_rng(seed)
     young, n, tilt = 10.0 ** rng.uniform(2, 6), int(rng.integers(30, 120)), bool(rng.random() < 0.4)
-    way = np.linspace(-rng.choice([0.0, 0.5]) * 1e-6, 1e-6, n)
-    way = [way, way[::-1], np.concatenate([way, way[::-1]])][rng.integers(3)]
+    positions = np.linspace(-rng.choice([0.0, 0.5]) * 1e-6, 1e-6, n)
+    positions = [positions, positions[::-1], np.concatenate([positions, positions[::-1]])][rng.integers(3)]
     softness = rng.choice([None, 10.0 ** rng.uniform(-1.0, 1.5)])
     machine = None if softness is None else softness * float(hertz(young, 1e-6)) / 1e-6
-    force = hertz(young, way) if machine is None else on_machine(young, machine, way)
+    force = hertz(young, positions) if machine is None else on_machine(young, machine, positions)
     span = force.max()
-    force = force + span * rng.normal() + 0.1 * span / 1e-6 * rng.normal() * way * tilt
-    noise = span * 10.0 ** rng.uniform(-3, -2) * rng.normal(size=way.size)
-    place = {"indentation": way} if machine is None else {"travel": way, "spring_constant": machine}
+    force = force + span * rng.normal() + 0.1 * span / 1e-6 * rng.normal() * positions * tilt
+    noise = span * 10.0 ** rng.uniform(-3, -2) * rng.normal(size=positions.size)
+    place = (
+        {"indentation": positions} if machine is None else {"travel": positions, "spring_constant": machine}
+    )
     known = {"contact_point": 0.0} if rng.random() < 0.5 else {}
     start = mdr.Contact(BALL.profile, mdr.Elastic(young * 10.0 ** rng.uniform(-4, 4), POISSON))
     fitted = mdr.fit(
@@ -215,7 +217,7 @@ def test_an_interval_shows_distinct_ends(value, log_width):
 @settings(max_examples=examples(10), deadline=None)
 @given(st.sets(st.integers(0, 79), max_size=30), st.sampled_from(["nan", "", "inf", " NaN "]))
 def test_samples_of_a_table_that_are_no_numbers_are_omitted_on_request(missing, word):
-    rows = [f"{1e6 * z},{word if i in missing else i}" for i, z in enumerate(WAY)]
+    rows = [f"{1e6 * z},{word if i in missing else i}" for i, z in enumerate(POSITIONS)]
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "curve.csv"
         file.write_text("\n".join(["indentation [um],load [nN]", *rows]))
@@ -225,7 +227,7 @@ def test_samples_of_a_table_that_are_no_numbers_are_omitted_on_request(missing, 
                 mdr.read_curves(file)
     kept = [i for i in range(80) if i not in missing]
     assert np.allclose(result.force, 1e-9 * np.array(kept), rtol=1e-12)
-    assert np.allclose(result.indentation, WAY[kept], rtol=1e-12)
+    assert np.allclose(result.indentation, POSITIONS[kept], rtol=1e-12)
     assert [step.name for step in result.steps] == (["missing"] if missing else [])
 
 
@@ -260,7 +262,7 @@ def test_headers_compile_under_the_warnings_of_strict_codes(contact, tmp_path):
 
 
 def test_points_of_a_map_have_the_numbers_of_its_table():
-    curves = [mdr.MeasuredCurve(force=hertz(E, WAY), indentation=WAY) for E in (1e3, 2e3, 3e3)]
+    curves = [mdr.MeasuredCurve(force=hertz(E, POSITIONS), indentation=POSITIONS) for E in (1e3, 2e3, 3e3)]
     figure = mdr.fit_map(BALL, curves, ["body.young"]).plot()
     assert figure.axes[0].lines[0].get_xdata().tolist() == [0, 1, 2]
 
@@ -293,16 +295,16 @@ def test_few_samples_in_contact_are_refused_or_lie_in_their_intervals(
     """A contact point that lies anywhere between two samples takes any modulus with it."""
     rng = np.random.default_rng(seed)
     size, young = 10.0**decades, 10.0**stiff
-    way = size * (np.arange(-separation, pressed) + rng.uniform(0.05, 0.95)) / (10.0 * pressed)
-    force = 16.0 / 9.0 * young * np.sqrt(5.0 * size) * np.maximum(way, 0.0) ** 1.5
+    positions = size * (np.arange(-separation, pressed) + rng.uniform(0.05, 0.95)) / (10.0 * pressed)
+    force = 16.0 / 9.0 * young * np.sqrt(5.0 * size) * np.maximum(positions, 0.0) ** 1.5
     spring = force.max() / (0.1 * size)
-    travel = way + force / spring
-    force += 0.01 * force.max() * rng.normal(size=way.size)
+    travel = positions + force / spring
+    force += 0.01 * force.max() * rng.normal(size=positions.size)
     ball = mdr.Contact(mdr.Paraboloid(5.0 * size), mdr.Elastic(30.0 * young, 0.5))
     curve = (
         mdr.MeasuredCurve(travel=travel, force=force, spring_constant=spring)
         if machine
-        else mdr.MeasuredCurve(indentation=way, force=force)
+        else mdr.MeasuredCurve(indentation=positions, force=force)
     )
     fitted = mdr.fit_map(ball, [curve], ["body.young"])
     for value, error in (

@@ -93,17 +93,17 @@ def passed(depth, power, stiffens, speed, n=20):
         return (xx + yy) / math.pi
 
     # a place felt what is over it now, and through the retardation time what was ahead of it
-    way = speed * stiffens
+    length = speed * stiffens
     ends = np.unique(
         [
-            *np.minimum(h * np.arange(2 * n), 30.0 * way),
-            *np.minimum(np.geomspace(2 * n * h, 1e9, 60), 30.0 * way),
+            *np.minimum(h * np.arange(2 * n), 30.0 * length),
+            *np.minimum(np.geomspace(2 * n * h, 1e9, 60), 30.0 * length),
         ]
     )
-    ends = np.unique([*ends, *np.linspace(0.0, min(30.0 * way, h), 8)])
+    ends = np.unique([*ends, *np.linspace(0.0, min(30.0 * length, h), 8)])
     node, weight = np.polynomial.legendre.leggauss(3)
     late = sum(
-        0.5 * (high - low) * w * math.exp(-t / way) / way * elastic(t)
+        0.5 * (high - low) * w * math.exp(-t / length) / length * elastic(t)
         for low, high in pairwise(ends)
         for t, w in zip(0.5 * (low + high) + 0.5 * (high - low) * node, weight, strict=True)
     )

@@ -442,12 +442,12 @@ def test_what_a_line_gives_does_not_change_it(name):
         "force": lambda: states_at_force(line, d).indentation,
         "pressure": lambda: line.equivalent.pressure_integral(x, 0.8),
     }
-    for way in options.values():
-        before = way().copy()
-        given_ = way()
+    for option in options.values():
+        before = option().copy()
+        given_ = option()
         if given_.flags.writeable:
             given_[...] = 7.0
-        assert np.array_equal(way(), before)
+        assert np.array_equal(option(), before)
 
 
 @settings(max_examples=5, deadline=None)

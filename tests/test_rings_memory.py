@@ -255,7 +255,7 @@ def test_a_cohesive_zone_at_three_speeds(speed):
     assert result.largest_in_history < 1e-3
     assert result.history is not None
     last_attached = [
-        np.flatnonzero(result.history[f"normal_force_{way}"].values).max() for way in ("mdr", "rings")
+        np.flatnonzero(result.history[f"normal_force_{method}"].values).max() for method in ("mdr", "rings")
     ]
     assert abs(last_attached[0] - last_attached[1]) <= 1
 

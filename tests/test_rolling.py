@@ -30,10 +30,10 @@ def marched(g, depth, radius, rise, n=50_001):
     """One spring on its way through the contact, over mu E*: the whole load and the length that slips."""
     t = np.linspace(0.0, 2.0 * radius, n)
     cap = np.maximum(depth - g(np.abs(radius - t)), 0.0)
-    q, way = 0.0, t[1]
+    q, spring_length = 0.0, t[1]
     loads = [0.0]
     for limit in cap[1:].tolist():
-        q = min(q + rise * way, limit)
+        q = min(q + rise * spring_length, limit)
         loads.append(q)
     return np.trapezoid(loads, t), np.trapezoid(cap, t)
 

@@ -226,13 +226,13 @@ def pressed_by_elements(gap, depth, side, n=64):
 
     x = (np.arange(n) + 0.5) * h - side / 2.0
     overlap = depth - gap(*np.meshgrid(x, x, indexing="ij"))
-    p, way, before, straight = np.maximum(overlap, 0.0) / side, np.zeros((n, n)), 1.0, False
+    p, direction, before, straight = np.maximum(overlap, 0.0) / side, np.zeros((n, n)), 1.0, False
     for _ in range(500):
         open_by, touching = displaced(p) - overlap, p > 0.0
         square = float(np.sum(open_by[touching] ** 2))
-        way = np.where(touching, open_by + straight * square / before * way, 0.0)
-        step = np.sum(open_by * way) / np.sum(displaced(way) * way)
-        p = np.maximum(p - step * way, 0.0)
+        direction = np.where(touching, open_by + straight * square / before * direction, 0.0)
+        step = np.sum(open_by * direction) / np.sum(displaced(direction) * direction)
+        p = np.maximum(p - step * direction, 0.0)
         entering = (p == 0.0) & (open_by < 0.0)
         p[entering] -= step * open_by[entering]
         before, straight = square, not entering.any()

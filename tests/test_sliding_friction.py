@@ -107,12 +107,12 @@ def test_a_standard_solid_in_closed_form(log_ratio, log_speed, log_depth, log_ra
     # a paraboloid of the radius R: w' = 2 (a - s)/R, and a term bears 2 E l/R ((a + l)(1 - exp(-s/l)) - s)
     R, E1 = 10.0**log_radius, 10.0**log_ratio
     a = 10.0**log_depth * R
-    way = 10.0**log_speed * a
+    distance = 10.0**log_speed * a
     _, _, ready = pressed(mdr.Paraboloid(R), a * a / R)
     assert ready.radius == pytest.approx(a, rel=1e-14)
-    result = slide(ready, kernel(1.0, [E1], [1.0]), way)
+    result = slide(ready, kernel(1.0, [E1], [1.0]), distance)
 
-    lam = way / a
+    lam = distance / a
 
     def bent(y):  # 1 - y - exp(-y)
         return -np.expm1(-y) - y if y > 0.1 else -sum((-y) ** k / math.factorial(k) for k in range(2, 14))

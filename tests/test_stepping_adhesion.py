@@ -112,9 +112,9 @@ def test_an_edge_rests_as_the_reference_says():
         mdr.Paraboloid(1.0), mdr.Elastic(0.75, 0.5), adhesion=mdr.JKR(0.2, work_receding=1.0)
     )
     stepper = mdr.Stepper(contact, 1.0)
-    lost = []
+    losses = []
     stepper.advance(0.0)
-    lost.append(stepper.dissipated_energy)
+    losses.append(stepper.dissipated_energy)
     stepper.advance(1.0)
     radius = stepper.contact_radius
     assert radius == pytest.approx(1.54740521, abs=1e-8)
@@ -123,8 +123,8 @@ def test_an_edge_rests_as_the_reference_says():
     assert stepper.contact_radius == pytest.approx(radius, rel=1e-14)
     assert stepper.normal_stiffness == pytest.approx(2.0 * radius, rel=1e-12)
     stepper.advance(-5.0)
-    lost.append(stepper.dissipated_energy - lost[0])
-    assert lost == pytest.approx([0.4390065784, 0.6738808596 + 6.0179416057], rel=1e-9)
+    losses.append(stepper.dissipated_energy - losses[0])
+    assert losses == pytest.approx([0.4390065784, 0.6738808596 + 6.0179416057], rel=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -342,8 +342,8 @@ def test_slip_that_ends_next_to_a_kink(cones, top, digits, side, rows):
     for twist in np.linspace(0.0, q / 8.0, rows + 1)[1:].tolist():
         before, state = state, turn(line, state, depth, twist)
         work += slip_work(line, before, state)[0]
-        read, lost = turn_at_constant_depth(table, read, twist)
-        read_work += lost
+        read, slip_loss = turn_at_constant_depth(table, read, twist)
+        read_work += slip_loss
     stored = q**2 * stick**3 / 3.0 + exact.integral(lambda x: load(x) ** 2, [stick, top])
     slid = 2.0 * exact.integral(lambda x: load(x) * (q - load(x)), [stick, top])
     for computed, dissipated in ((state, work), (read, read_work)):
@@ -357,17 +357,17 @@ def test_slip_that_ends_next_to_a_kink(cones, top, digits, side, rows):
     assert 8.0 * state.energy == pytest.approx(kept, rel=1e-10)
 
     # the first load again, and a twist back to the same border
-    def held(x):
+    def anchored(x):
         return q if x < border else exact.load(x, less)
 
-    back = held(stick) + load(stick)
+    back = anchored(stick) + load(stick)
     begin = turn(line, state, depth, state.twist)
     state = turn(line, begin, depth, begin.twist - back / 8.0)
     marks = sorted({stick, min(max(border, stick), top), less, top})
     inner = sorted({1e-6, min(border, stick), stick})
-    stored = exact.integral(lambda x: (held(x) - back) ** 2, inner)
+    stored = exact.integral(lambda x: (anchored(x) - back) ** 2, inner)
     stored += exact.integral(lambda x: load(x) ** 2, [stick, top])
-    slid = 2.0 * exact.integral(lambda x: load(x) * (back - held(x) - load(x)), marks)
+    slid = 2.0 * exact.integral(lambda x: load(x) * (back - anchored(x) - load(x)), marks)
     assert 8.0 * state.energy == pytest.approx(stored, rel=1e-10)
     assert 8.0 * slip_work(line, begin, state)[0] == pytest.approx(slid, rel=1e-10)
 
@@ -383,7 +383,7 @@ def test_a_table_of_the_limit_turns_like_the_integrals(kind, power, slope, ampli
     table, twist = tabulated_limit(limit), 0.0
     assert table.resolved
     state = other = turn(line, TwistState(), depth, 0.0)
-    largest = lost = known = 0.0
+    largest = slip_loss = known = 0.0
     for _ in range(8):
         twist += unit * 10.0**amplitude * random.uniform(-1.0, 1.0)
         before, other = other, turn(line, other, depth, twist)
@@ -391,11 +391,11 @@ def test_a_table_of_the_limit_turns_like_the_integrals(kind, power, slope, ampli
         largest = max(largest, abs(other.torque))
         assert result.torque == pytest.approx(other.torque, abs=1e-12 * largest + 1e-15 * table.full_slip)
         state, work = turn_at_constant_depth(table, state, twist)
-        lost, known = lost + work, known + slip_work(line, before, other)[0]
+        slip_loss, known = slip_loss + work, known + slip_work(line, before, other)[0]
         assert state.torque == pytest.approx(other.torque, rel=1e-12, abs=1e-12 * largest)
         assert state.energy == pytest.approx(other.energy, rel=1e-10, abs=1e-11 * largest * abs(twist))
         assert state.stick_radius == pytest.approx(other.stick_radius, rel=1e-11, abs=2e-9 * limit.radius)
-        assert lost == pytest.approx(known, rel=1e-9, abs=1e-12 * largest * unit)
+        assert slip_loss == pytest.approx(known, rel=1e-9, abs=1e-12 * largest * unit)
 
 
 def test_energies_balance_over_a_loop():

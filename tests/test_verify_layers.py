@@ -61,7 +61,7 @@ def test_line_and_rings_agree_on_adhesive_layers(drawn, strength):
     result = mdr.verify(glued, mdr.indent(0.2 * a), elements=80, steps=1)
     assert abs(result.data["indentation_difference"].item()) < 1e-4
     assert abs(result.data["elastic_energy_difference"].item()) < 1e-4
-    force, by_rings = (result.data[f"normal_force_{way}"].item() for way in ("mdr", "rings"))
+    force, by_rings = (result.data[f"normal_force_{method}"].item() for method in ("mdr", "rings"))
     # the force is what is left of a push and of a pull
     parts = abs(force) + math.sqrt(8 * math.pi * work * modulus * a**3)
     assert force == pytest.approx(by_rings, abs=1e-4 * parts)

@@ -139,8 +139,8 @@ def soft_edges() -> Iterator[Row]:
     body = mdr.Viscoelastic(mdr.StandardSolid(0.25, 2.25, 1.0), poisson=0.5)
     sticky = mdr.Contact(mdr.Paraboloid(1.0), body, adhesion=mdr.JKR(1.0, range=1.0 / 6.0))
     rest = mdr.indent(1.0, duration=1e3, steps=5) >> mdr.hold(1e4, steps=1)
-    for speed, way in ((0.1, 8.0), (10.0, 1.2)):
-        away = mdr.indent(1.0 - way, duration=way / speed, steps=160)
+    for speed, retreat in ((0.1, 8.0), (10.0, 1.2)):
+        away = mdr.indent(1.0 - retreat, duration=retreat / speed, steps=160)
         result = mdr.solve(sticky, rest >> away)
         row = int(np.argmin(result["normal_force"].values))
         yield compared(

@@ -50,10 +50,10 @@ def particles() -> Iterator[Row | str]:
     jkr = mdr.Contact(_ROUND, _BODY, _BODY, adhesion=mdr.JKR(4.0))
     dmt = mdr.Contact(_ROUND, _BODY, _BODY, adhesion=mdr.DMT(4.0))
     fold = float(mdr.pull_off(jkr, machine_stiffness=0.0).indentation)
-    held = away[(away > fold) | (np.arange(away.size) <= away.argmax())]
+    stable = away[(away > fold) | (np.arange(away.size) <= away.argmax())]
     for physics, model, contact, depth in (
         ("Hertz, loading and unloading", f"hertz/material {_ELASTIC}", hertz, there_and_back),
-        ("JKR, until the largest pull", f"jkr {_ELASTIC} 2", jkr, held),
+        ("JKR, until the largest pull", f"jkr {_ELASTIC} 2", jkr, stable),
         ("DMT", f"dmt {_ELASTIC} 2", dmt, away),
     ):
         there = moved(program, f"{model} tangential mindlin NULL 0 0.3", _BALL, depth, 0.0 * depth)

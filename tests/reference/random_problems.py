@@ -353,9 +353,9 @@ def fits(rng, mdr, full):
         depth > point, 16.0 / 9.0 * young * math.sqrt(radius) * np.maximum(depth - point, 0.0) ** 1.5, 0.0
     )
     if adhesive:
-        way = np.concatenate([np.linspace(-1.0, 1.0, count), np.linspace(1.0, -1.5, count)]) * deepest
-        clean = mdr.solve(contact, mdr.Path(indentation=way))["normal_force"].values
-        depth = way + point
+        positions = np.concatenate([np.linspace(-1.0, 1.0, count), np.linspace(1.0, -1.5, count)]) * deepest
+        clean = mdr.solve(contact, mdr.Path(indentation=positions))["normal_force"].values
+        depth = positions + point
     noise = log_uniform(rng, 1e-4, 3e-2) * np.ptp(clean)
     curve = mdr.MeasuredCurve(force=clean + noise * rng.normal(size=clean.size), indentation=depth)
     start = mdr.Contact(

@@ -717,14 +717,14 @@ def samples(rng, L):
     noisy = bool(rng.random() < 0.25)
     if noisy:
         height = height + size * L * log_uniform(rng, 1e-6, 1e-2) * rng.standard_normal(r.size)
-    way = str(rng.choice(["round", "sharp", "shape", "smoothing"], p=[0.4, 0.2, 0.25, 0.15]))
+    interpolation = str(rng.choice(["round", "sharp", "shape", "smoothing"], p=[0.4, 0.2, 0.25, 0.15]))
     return {
         "samples": (r, height),
-        "interpolation": way,
+        "interpolation": interpolation,
         "noisy": noisy,
         "kinks": [],
         "terms": (),
-        "words": f"{r.size} samples, {spacing}, {shape}{', noisy' if noisy else ''}, {way}",
+        "words": f"{r.size} samples, {spacing}, {shape}{', noisy' if noisy else ''}, {interpolation}",
     }
 
 

@@ -13,7 +13,7 @@ from nanite.model.core import NaniteFitModel
 import pymdr as mdr
 
 RADIUS, YOUNG, WORK = 5e-6, 3e3, 2e-4
-WAY = np.concatenate([np.linspace(-2e-6, 1.5e-6, 500), np.linspace(1.5e-6, -3e-6, 700)])
+POSITIONS = np.concatenate([np.linspace(-2e-6, 1.5e-6, 500), np.linspace(1.5e-6, -3e-6, 700)])
 
 
 @pytest.fixture(autouse=True)
@@ -21,17 +21,17 @@ def registered():
     pymdr_nanite.register()
 
 
-def record(contact, noise=0.0, seed=0, way=WAY):
+def record(contact, noise=0.0, seed=0, positions=POSITIONS):
     """A record as nanite holds it, of pymdr's own solution."""
-    force = mdr.solve(contact, mdr.Path(indentation=way))["normal_force"].values
+    force = mdr.solve(contact, mdr.Path(indentation=positions))["normal_force"].values
     force = force + noise * np.ptp(force) * np.random.default_rng(seed).normal(size=force.size)
-    back = np.arange(way.size) >= int(np.argmax(way)) + 1
+    back = np.arange(positions.size) >= int(np.argmax(positions)) + 1
     return nanite.indent.Indentation(
         data={
             "force": force,
-            "tip position": -way,
-            "height (measured)": -way,
-            "time": 1e-3 * np.arange(way.size),
+            "tip position": -positions,
+            "height (measured)": -positions,
+            "time": 1e-3 * np.arange(positions.size),
             "segment": back.astype(np.uint8),
         },
         metadata={
@@ -105,25 +105,28 @@ def test_a_noisy_retreat_gives_them_within_their_intervals():
     ],
 )
 def test_an_approach_gives_the_modulus_of_any_tip(key, profile, given):
-    fit_result = fitted(key, record(gel(profile), way=np.linspace(-2e-6, 1e-6, 600)), "approach", **given)
+    fit_result = fitted(
+        key, record(gel(profile), positions=np.linspace(-2e-6, 1e-6, 600)), "approach", **given
+    )
     assert fit_result["E"].value == pytest.approx(YOUNG, rel=1e-4)
 
 
 def test_layers_and_memory():
     body = mdr.Layered([mdr.Layer(mdr.Elastic(YOUNG, 0.4), "4 um")], mdr.Rigid())
-    way = np.linspace(-2e-6, 1e-6, 600)
+    positions = np.linspace(-2e-6, 1e-6, 600)
     fit_result = fitted(
-        "pymdr_layer", record(mdr.Contact(mdr.Paraboloid(RADIUS), body), way=way), "approach",
+        "pymdr_layer", record(mdr.Contact(mdr.Paraboloid(RADIUS), body), positions=positions), "approach",
         R=RADIUS, thickness=4e-6, nu=0.4,
     )  # fmt: skip
     assert fit_result["E"].value == pytest.approx(YOUNG, rel=1e-4)
     solid = mdr.Viscoelastic(mdr.StandardSolid(YOUNG / 3, 2 * YOUNG / 3, "0.2 s"), poisson=0.5)
     force = mdr.solve(
-        mdr.Contact(mdr.Paraboloid(RADIUS), solid), mdr.Path(time=1e-3 * np.arange(600), indentation=way)
+        mdr.Contact(mdr.Paraboloid(RADIUS), solid),
+        mdr.Path(time=1e-3 * np.arange(600), indentation=positions),
     )["normal_force"].values
     model = pymdr_nanite.MODELS["pymdr_memory"]
     values = model.get_parameter_defaults().valuesdict() | {"E": YOUNG, "R": RADIUS, "ratio": 2.0, "tau": 0.2}
-    assert model.model_func(-way, **values) == pytest.approx(force, abs=1e-4 * force.max())
+    assert model.model_func(-positions, **values) == pytest.approx(force, abs=1e-4 * force.max())
 
 
 def test_a_pyramid_is_that_of_nanite_but_for_its_constant():
@@ -138,7 +141,9 @@ def test_a_tip_of_ones_own():
     tip = mdr.Hyperboloid("50 nm", half_angle="35 deg")
     pymdr_nanite.register_tip(tip, key="my_tip", adhesion="jkr")
     work = 1e-5
-    fit_result = fitted("my_tip", record(gel(tip, mdr.JKR(work)), way=0.5 * WAY), "retract", work=3e-5)
+    fit_result = fitted(
+        "my_tip", record(gel(tip, mdr.JKR(work)), positions=0.5 * POSITIONS), "retract", work=3e-5
+    )
     assert fit_result["E"].value == pytest.approx(YOUNG, rel=1e-4)
     assert fit_result["work"].value == pytest.approx(work, rel=1e-4)
     with pytest.raises(ValueError, match="None or 'jkr'"):

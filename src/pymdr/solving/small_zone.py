@@ -87,7 +87,9 @@ def solve_small_zone(task: Task) -> Result:
     refuse_edge(line, math.inf)
     springs = ShortSprings(zone, springs_of(line), size, line.end)
     walked = walk(task, springs, partial(_step, task.machine_stiffness))
-    return solution(task, walked, _interpret(task, zone, walked, springs.parted if springs.lost else None))
+    return solution(
+        task, walked, _interpret(task, zone, walked, springs.parted if springs.separated else None)
+    )
 
 
 def _step(

@@ -249,9 +249,9 @@ def _step(
         if math.isinf(k):
             rows["indentation"] = control[1:].copy()
         if k == 0.0:
-            lost = rows["cohesive_radius"] == 0.0
-            rows["indentation"] = np.where(lost, math.nan, rows["indentation"])
-            rows["normal_force"] = np.where(lost, math.nan, control[1:])
+            separated = rows["cohesive_radius"] == 0.0
+            rows["indentation"] = np.where(separated, math.nan, rows["indentation"])
+            rows["normal_force"] = np.where(separated, math.nan, control[1:])
     d, force = float(fine["indentation"][-1]), float(fine["normal_force"][-1])
     return ZoneRows(fine, coarse, rough, np.full(free.size, k)), levels, channels_at(d, force, stiffness)
 
@@ -425,9 +425,9 @@ def _jump_notes(rows: ZoneRows) -> tuple[str, ...]:
         return ()
     first = int(np.argmax(touched))
     notes = [f"attracted before row {first}, at d = {metres(float(fine['event_depth'][first]))}"]
-    lost = np.flatnonzero(touched[:-1] & ~touched[1:])
-    if lost.size:
-        row = int(lost[-1])
+    separations = np.flatnonzero(touched[:-1] & ~touched[1:])
+    if separations.size:
+        row = int(separations[-1])
         place, k = "", rows.control[row + 1]
         if math.isinf(k):
             place = f" at d = {metres(float(fine['event_depth'][row + 1]))},"

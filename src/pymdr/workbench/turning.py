@@ -53,7 +53,7 @@ class TorsionVerification(Comparison):
     @property
     def largest_difference(self) -> float:
         """Largest difference of the torques over the largest of them."""
-        mdr, grid = (self.data[f"torque_{way}"].values for way in ("mdr", "grid"))
+        mdr, grid = (self.data[f"torque_{method}"].values for method in ("mdr", "grid"))
         size = float(np.max(np.abs(mdr)))
         return float(np.max(np.abs(mdr - grid))) / size if size else float("nan")
 

@@ -66,7 +66,7 @@ class Verification(Comparison):
         """With memory, the largest difference of the forces in rows in contact by both, over the largest force; else NaN."""
         if self.history is None:
             return math.nan
-        a, b = (self.history[f"normal_force_{way}"].values for way in ("mdr", "rings"))
+        a, b = (self.history[f"normal_force_{method}"].values for method in ("mdr", "rings"))
         both = (a != 0.0) & (b != 0.0)
         return float(np.nanmax(np.abs(a - b), where=both, initial=0.0) / (np.nanmax(np.abs(b)) or 1.0))
 

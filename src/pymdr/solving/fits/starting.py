@@ -142,7 +142,7 @@ def edge_starts(search: Search, count: int) -> list[list[Start]]:
     works = np.array([u.unit == _OF_WORK and not together for u in unknowns])
     others = [u for u, is_work in zip(unknowns, works, strict=True) if not is_work]
     own = np.array([u.start for u in unknowns])
-    candidates: list[list[Start]] = []
+    complete: list[list[Start]] = []
     failures: list[PymdrError] = []
 
     def models(zone: ZoneLevel, values: FloatArray) -> list[FloatArray]:
@@ -168,11 +168,11 @@ def edge_starts(search: Search, count: int) -> list[list[Start]]:
             for one, model in zip(records, followed, strict=True)
         ]
         if None not in placed:
-            candidates.append([one for one in placed if one is not None])
-    if not candidates:
+            complete.append([one for one in placed if one is not None])
+    if not complete:
         raise ProblemError(f"fit: no start can be computed: {failures[-1]}" if failures else _NO_CONTACT)
-    totals = [sum(start.misfit for start in each) for each in candidates]
-    ranked = [candidates[i] for i in np.argsort(totals, kind="stable") if totals[i] <= _AS_GOOD * min(totals)]
+    totals = [sum(start.misfit for start in each) for each in complete]
+    ranked = [complete[i] for i in np.argsort(totals, kind="stable") if totals[i] <= _AS_GOOD * min(totals)]
     return [list(each) for each in zip(*ranked[: min(count, _EDGE_STARTS)], strict=True)]
 
 
