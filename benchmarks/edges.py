@@ -1,7 +1,8 @@
 """How often the intervals of fits of soft adhesion hold what made the records: retreats at two speeds under white noise.
 
 ``python -m benchmarks.edges --count 80`` fits work, modulus and time of a silicone from two retreats of the page of soft adhesion, each
-with noise of its own, from a start within a factor of 1.5. It prints the coverage of the intervals of 68 % and of 95 %, what is off in
+with noise of its own, from a start within a factor of 1.5. ``--law short`` fits `JKR(work, range=...)` to retreats from a relaxed
+contact, which `--made-by` the same law or by the zone. It prints the coverage of the intervals of 68 % and of 95 %, what is off in
 standard errors, and the same of the linear estimate from the same noise, which knows the rates at the truth and the noise: its coverage is
 right by definition but for the chance of the noise, so what counts is the difference. The seed is fixed, so that the same command
 prints the same.
@@ -9,13 +10,17 @@ prints the same.
 
 import argparse
 import time
+from typing import NamedTuple
 
 import numpy as np
 
 import pymdr as mdr
 
 BODY = mdr.Viscoelastic(mdr.StandardSolid("10 kPa", "30 kPa", "1 s"), poisson=0.5)
-PROBE = mdr.Contact(mdr.Paraboloid("1 mm"), BODY, adhesion=mdr.MaugisDugdale("50 mJ/m^2", range="5 um"))
+WORK, BALL = "50 mJ/m^2", mdr.Paraboloid("1 mm")
+ZONE = mdr.Contact(BALL, BODY, adhesion=mdr.MaugisDugdale(WORK, range="5 um"))
+SHORT = mdr.Contact(BALL, BODY, adhesion=mdr.JKR(WORK, range="1 um"))
+SHORT_ZONE = mdr.Contact(BALL, BODY, adhesion=mdr.MaugisDugdale(WORK, range="1 um"))
 TRUTH = {"adhesion.work": 0.05, "body.shear.modulus": 30e3, "body.shear.time": 1.0}
 SPEEDS, NOISE, STIFFNESS = (5e-6, 100e-6), 2e-6, 20.0
 POINT, BASELINE, SEED = 4e-6, 3e-6, 16
@@ -23,34 +28,58 @@ STEP, SHIFT = 1e-3, 1e-8
 """Relative steps of numbers and steps of contact points in m, by which rates are computed."""
 
 
-def pressed(speed):
-    """Times in s and travels in m of an approach, a dwell and a retreat at a speed in m/s."""
-    legs = ((-20e-6, 20e-6, 2.0, 40), (20e-6, 20e-6, 5.0, 10), (20e-6, -250e-6, 270e-6 / speed, 80))
-    times, travels = [np.zeros(1)], [np.array([-20e-6])]
-    for start, stop, duration, count in legs:
-        times.append(times[-1][-1] + np.linspace(0.0, duration, count + 1)[1:])
-        travels.append(np.linspace(start, stop, count + 1)[1:])
-    return np.concatenate(times), np.concatenate(travels)
+class Trial(NamedTuple):
+    """The contact that is fitted, the one that made the records, and the durations in s of approach and dwell."""
+
+    fitted: mdr.Contact
+    maker: mdr.Contact
+    approach: float = 2.0
+    dwell: float = 5.0
+
+    @property
+    def paths(self):
+        """Times in s and travels in m of an approach, a dwell and a retreat at every speed in m/s."""
+        return [self._pressed(speed) for speed in SPEEDS]
+
+    def _pressed(self, speed):
+        legs = (
+            (-20e-6, 20e-6, self.approach, 40),
+            (20e-6, 20e-6, self.dwell, 10),
+            (20e-6, -250e-6, 270e-6 / speed, 80),
+        )
+        times, travels = [np.zeros(1)], [np.array([-20e-6])]
+        for start, stop, duration, count in legs:
+            times.append(times[-1][-1] + np.linspace(0.0, duration, count + 1)[1:])
+            travels.append(np.linspace(start, stop, count + 1)[1:])
+        return np.concatenate(times), np.concatenate(travels)
+
+    def forces(self, contact, shift=0.0, **factors):
+        """Forces in N without noise at every speed, from numbers times factors and travels with a shift in m."""
+        values = {name: value * factors.get(name, 1.0) for name, value in TRUTH.items()}
+        contact = mdr.with_parameters(contact, values)
+        paths = (mdr.Path(time=when, travel=travel + shift) for when, travel in self.paths)
+        return [
+            mdr.solve(contact, path, machine_stiffness=STIFFNESS)["normal_force"].values for path in paths
+        ]
 
 
-PATHS = tuple(map(pressed, SPEEDS))
+TRIALS = {
+    ("zone", "zone"): Trial(ZONE, ZONE),
+    ("short", "short"): Trial(SHORT, SHORT, 100.0, 1000.0),
+    ("short", "zone"): Trial(SHORT, SHORT_ZONE, 100.0, 1000.0),
+}
+"""By the law that is fitted and the one that made the records."""
 
 
-def forces(shift=0.0, **factors):
-    """Forces in N without noise at every speed, from numbers times factors and travels with a shift in m."""
-    values = {name: value * factors.get(name, 1.0) for name, value in TRUTH.items()}
-    contact = mdr.with_parameters(PROBE, values)
-    paths = (mdr.Path(time=when, travel=travel + shift) for when, travel in PATHS)
-    return [mdr.solve(contact, path, machine_stiffness=STIFFNESS)["normal_force"].values for path in paths]
-
-
-def rates_at_truth():
+def rates_at_truth(trial):
     """Rates of the forces over the logarithms of the numbers, then over contact point and baseline of each record."""
     columns = []
     for name in TRUTH:
-        ends = [np.concatenate(forces(**{name: np.exp(side * STEP)})) for side in (1.0, -1.0)]
+        ends = [
+            np.concatenate(trial.forces(trial.fitted, **{name: np.exp(side * STEP)})) for side in (1.0, -1.0)
+        ]
         columns.append((ends[0] - ends[1]) / (2.0 * STEP))
-    before, after = forces(-SHIFT), forces(SHIFT)
+    before, after = (trial.forces(trial.fitted, side * SHIFT) for side in (-1.0, 1.0))
     for i in range(len(SPEEDS)):
         for ends in ((before, after), None):
             parts = [np.zeros(one.size) for one in before]
@@ -59,17 +88,17 @@ def rates_at_truth():
     return np.column_stack(columns)
 
 
-def one_fit(clean, rates, rng):
+def one_fit(trial, clean, rates, rng):
     """What is off in errors by a fit and by the linear estimate, and whether the intervals of 95 % of the fit hold the truth."""
     noises = [NOISE * rng.normal(size=force.size) for force in clean]
     curves = [
         mdr.MeasuredCurve(
             force=force + noise + BASELINE, travel=travel + POINT, time=when, spring_constant=STIFFNESS
         )
-        for (when, travel), force, noise in zip(PATHS, clean, noises, strict=True)
+        for (when, travel), force, noise in zip(trial.paths, clean, noises, strict=True)
     ]
     start = {name: value * 1.5 ** rng.uniform(-1.0, 1.0) for name, value in TRUTH.items()}
-    fitted = mdr.fit(mdr.with_parameters(PROBE, start), curves, list(TRUTH))
+    fitted = mdr.fit(mdr.with_parameters(trial.fitted, start), curves, list(TRUTH))
     used = fitted.data["used"].values
     scale = np.linalg.norm(rates[used], axis=0)
     inverse = np.linalg.pinv(rates[used] / scale)
@@ -84,12 +113,17 @@ def main(words=None):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--count", type=int, default=80)
     parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--law", choices=("zone", "short"), default="zone")
+    parser.add_argument("--made-by", choices=("zone", "short"))
     given = parser.parse_args(words)
-    clean, rates = forces(), rates_at_truth()
+    trial = TRIALS.get((given.law, given.made_by or given.law))
+    if trial is None:
+        parser.error("records of a short zone are not fitted by the law of a zone")
+    clean, rates = trial.forces(trial.maker), rates_at_truth(trial)
     rows = []
     for i in range(given.count):
         begin = time.perf_counter()
-        rows.append(one_fit(clean, rates, np.random.default_rng([given.seed, i])))
+        rows.append(one_fit(trial, clean, rates, np.random.default_rng([given.seed, i])))
         numbers, linear = (" ".join(f"{x:+.2f}" for x in part) for part in rows[-1][:2])
         passed = time.perf_counter() - begin
         print(f"{i}: {passed:.1f} s, off by {numbers} errors, linear estimate {linear}", flush=True)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.special import beta
 
 import pymdr as mdr
 from drawing import examples, first_of
@@ -149,9 +150,9 @@ def test_a_case_its_figures_and_what_is_refused(tmp_path):
         mdr.Contact(BALL, RUBBER, adhesion=mdr.JKR(1.0))
     with pytest.raises(ProblemError, match="too short"):
         mdr.solve(contact(500.0), mdr.indent(1.0, duration=1.0))
-    liquid = mdr.Viscoelastic(mdr.Maxwell(1.0, 1.0), poisson=0.5)
-    with pytest.raises(ProblemError, match="flows at rest"):
-        mdr.solve(contact(2.0, body=liquid), mdr.indent(1.0, duration=1.0))
+    rigid = mdr.Viscoelastic(mdr.KelvinVoigt(1.0, 1.0), poisson=0.5)
+    with pytest.raises(ProblemError, match="rigid at once"):
+        mdr.solve(contact(2.0, body=rigid), mdr.indent(1.0, duration=1.0))
     with pytest.raises(PathError, match="cannot be pulled"):
         mdr.solve(contact(2.0), mdr.load(-1.0, duration=1.0))
     record = mdr.MeasuredCurve(force=np.arange(9.0), indentation=np.arange(9.0), time=np.arange(9.0))
@@ -436,3 +437,54 @@ def test_a_snap_on_a_machine_is_noted_by_the_row_before_it():
     row = int(note.split()[4].rstrip(","))
     assert f"d = {metres(float(result['indentation'][row]))}" in note
     assert f"F = {newtons(float(result['normal_force'][row]))}" in note
+
+
+def test_a_power_of_time_without_work_is_that_without_adhesion():
+    """The force of Lee and Radok in closed form in approach, and Ting's in retreat; a weak attraction adds its own order, 2 pi R work."""
+    work, exponent = 1e-4, 0.4
+    body = mdr.Viscoelastic(mdr.PowerLawRheology(0.25, 1.0, exponent), poisson=0.5)
+    bare, weak = (
+        mdr.Contact(BALL, body, adhesion=law) for law in (None, mdr.MaugisDugdale(work, range=0.05))
+    )
+    steps = np.linspace(0.0, 1.0, 9)
+    path = mdr.Path(time=steps, indentation=steps) >> mdr.indent(0.6, steps=4, duration=0.4)
+    result = mdr.solve(weak, path)
+    force, without = result["normal_force"].values, mdr.solve(bare, path)["normal_force"].values
+    exact = 2.0 * beta(1.5, 1.0 - exponent) * steps ** (1.5 - exponent)
+    largest = 2.0 * math.pi * work
+    assert ((force[1:9] < exact[1:]) & (force[1:9] > exact[1:] - 1.1 * largest)).all()
+    assert np.max(np.abs(force[9:] - without[9:])) < 5.0 * largest
+    assert 0.0 < float(result.claims["normal_force"].error[8]) < 1e-3
+    assert any("Prony series" in note for note in result.notes)
+
+
+@pytest.mark.parametrize(
+    ("shear", "separates", "tolerance"),
+    [(mdr.PowerLawRheology(0.5, 1.0, 0.3), False, 2e-3), (mdr.Maxwell(2.0, 1.0), True, 5e-4)],
+)
+def test_bodies_that_flow_agree_with_elements_on_rings(shear, separates, tolerance):
+    body = mdr.Viscoelastic(shear, poisson=0.5)
+    path = mdr.Path(time=np.linspace(0.0, 2.0, 21), indentation=np.linspace(-0.6, 1.0, 21))
+    path = path >> mdr.hold("2 s", steps=5) >> mdr.indent(-1.0, steps=30, duration=1.0)
+    line, rings = (mdr.solve(contact(2.0, body=body), path, solver=each) for each in (None, mdr.Rings(200)))
+    force, other = line["normal_force"].values, rings["normal_force"].values
+    assert np.max(np.abs(force - other)) < tolerance * np.max(np.abs(force))
+    assert (line.status is mdr.Status.PULLED_OFF) == separates
+    c = float(line["cohesive_radius"].values[40])
+    pressure = line.field("pressure", np.linspace(0.0, c, 20001)[:-1], 40)
+    r = pressure["r"].values
+    total = np.trapezoid(2.0 * math.pi * r * pressure.values, r)
+    assert total == pytest.approx(force[40], abs=1e-3 * np.max(np.abs(force)))
+    assert next(one for one in line.assumptions if one.name == "energy balance").measure < 1e-3
+
+
+def test_a_zone_on_a_power_of_time_vanishes_in_few_steps():
+    """Springs that are stiff at once let go of a zone that shrinks to nothing, not of one that jumps."""
+    body = mdr.Viscoelastic(mdr.PowerLawRheology(0.25, 1.0, 0.4), poisson=0.5)
+    bodies = mdr.Contact(BALL, body, adhesion=mdr.MaugisDugdale(1e-2, range=0.1))
+    path = mdr.indent(0.5, steps=4, duration=1.0) >> mdr.indent(-0.5, steps=40, duration=1.0)
+    result = mdr.solve(bodies, path)
+    assert result.status is mdr.Status.PULLED_OFF
+    attached = result["cohesive_radius"].values > 0.0
+    last = int(np.flatnonzero(attached)[-1])
+    assert result["contact_radius"].values[last] == 0.0

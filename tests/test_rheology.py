@@ -10,11 +10,13 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from scipy.special import erfcx
 
 import pymdr as mdr
 from drawing import examples
 from pymdr.problem.codec import case_schema, decode_case, encode
 from pymdr.problem.spectra import Fractions, Relaxation, in_series, reciprocal
+from pymdr.solving.zones import zone_relaxation
 from pymdr.workbench.casefile import read_case
 
 EXAMPLES = settings(max_examples=examples(40), deadline=None)
@@ -231,6 +233,34 @@ def test_a_power_as_a_series(exponent, first, decades, error):
 def test_spans_that_are_none(span):
     with pytest.raises(mdr.ProblemError, match="span from"):
         RHEOLOGIES[-1].prony(*span)
+
+
+@pytest.mark.parametrize("exponent", [0.05, 0.3, 0.5, 0.9])
+def test_modes_of_a_power_over_twelve_decades_creep_as_its_closed_form(exponent):
+    law, span = mdr.PowerLawRheology("1 kPa", "1 s", exponent), (1e-9, 1e3)
+    kernel = law.softened(span, 1e-6)
+    share, rate, decay, reach, into, back = kernel.modes
+    assert decay[0] == 0.0
+    assert (decay[1:] > rate[:-1]).all()
+    assert (decay < rate).all()
+    assert np.max(np.abs(into @ back - np.eye(rate.size))) < 1e-14
+    assert share @ back == pytest.approx(reach, rel=1e-13)
+    t = np.geomspace(*span, 200)
+    x = decay * t[:, None]
+    crept = np.where(x > 0.0, -np.expm1(-x) / np.where(x > 0.0, decay, 1.0), t[:, None]) @ reach**2
+    creep = (1.0 + crept) / kernel.glassy
+    assert creep == pytest.approx(kernel.retardation(t), rel=1e-13)
+    assert creep == pytest.approx(law.creep(t), rel=kernel.error)
+    assert kernel.error < 1e-5
+
+
+def test_a_power_and_a_spring_relax_by_the_function_of_mittag_leffler():
+    body = mdr.Viscoelastic(mdr.PowerLawRheology(0.5, 1.0, 0.5), poisson=0.5)
+    pair = mdr.Contact(mdr.Paraboloid(1.0), body, mdr.Elastic(3.0, 0.0))
+    kernel, t = zone_relaxation(pair, (1.0, 1e4)), np.geomspace(1.0, 1e4, 60)
+    # E* = 2 t^-1/2 and 3 in series: 3 E_1/2(-(3/2) sqrt(t/pi)), with E_1/2(-x) = erfcx(x)
+    assert kernel(t) == pytest.approx(3.0 * erfcx(1.5 * np.sqrt(t / math.pi)), rel=2.0 * kernel.error)
+    assert kernel.glassy == pytest.approx(3.0, rel=0.1)
 
 
 def test_a_power_needs_a_span_and_an_error():

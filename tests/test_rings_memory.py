@@ -287,8 +287,16 @@ def test_dead_loads_on_a_cohesive_zone_are_followed_by_rings():
 
 
 @pytest.mark.parametrize("rheology", [mdr.PowerLawRheology(1.0, 1.0, 0.2), mdr.Maxwell(1.0, 1.0)])
-def test_a_cohesive_zone_on_a_body_that_flows_is_refused(rheology):
+def test_a_cohesive_zone_on_a_body_that_flows_agrees_with_the_line(rheology):
     body = mdr.Viscoelastic(rheology, poisson=0.5)
+    probe = mdr.Contact(mdr.Paraboloid(1.0), body, adhesion=mdr.MaugisDugdale(1.0, strength=2.0))
+    path = mdr.indent(0.2, steps=2, duration=1.0)
+    rings, line = (mdr.solve(probe, path, solver=one)["normal_force"].values for one in (Rings(100), None))
+    np.testing.assert_allclose(rings, line, atol=5e-3 * np.abs(line).max())
+
+
+def test_a_cohesive_zone_on_a_body_that_is_rigid_at_once_is_refused():
+    body = mdr.Viscoelastic(mdr.KelvinVoigt(1.0, 1.0), poisson=0.5)
     probe = mdr.Contact(mdr.Paraboloid(1.0), body, adhesion=mdr.MaugisDugdale(1.0, strength=2.0))
     for solver in (Rings(80), None):
         with pytest.raises(ProblemError, match="use StandardSolid"):

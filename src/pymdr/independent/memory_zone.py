@@ -89,6 +89,8 @@ class PulledSetting(NamedTuple):
     attraction: Attraction
     by_force: bool
     rings: Rings
+    longest: float = math.inf
+    """Duration of the path in s, by which a body that flows is sized."""
 
 
 class _Trial(NamedTuple):
@@ -161,7 +163,7 @@ def follow_pulled(
 
 
 def _with_rings(setting: PulledSetting, state: Pulled | None, target: float) -> Pulled:
-    """A state, by default a free surface, with rings up to the zone of a relaxed body at a target."""
+    """A state, by default a free surface, with rings up to the zone of the softest body at a target."""
     before = None if state is None else state.mesh
     mesh = extended(setting.bodies, before, 1.02 * _largest_radius(setting, target), setting.rings.n)
     assert mesh is not None
@@ -173,9 +175,9 @@ def _with_rings(setting: PulledSetting, state: Pulled | None, target: float) -> 
 
 
 def _largest_radius(setting: PulledSetting, target: float) -> float:
-    """Radius c of a relaxed body at a target."""
-    bodies, relaxation, attraction, by_force, _ = setting
-    gap, radius = gap_of(bodies.profile), 1.0
+    """Radius c of the softest body at a target."""
+    bodies, relaxation, attraction, by_force, _, longest = setting
+    gap, radius, stiff = gap_of(bodies.profile), 1.0, relaxation.softest(longest)
     depth = attraction.range + (0.0 if by_force else max(target, 0.0))
     while float(gap(np.array([radius]))[0]) < depth:
         radius *= 2.0
@@ -184,7 +186,7 @@ def _largest_radius(setting: PulledSetting, target: float) -> float:
     while True:
         mesh = extended(bodies, None, radius, _COARSE)
         assert mesh is not None
-        trial = _Trial(setting, mesh, np.zeros(mesh.centres.size), mesh.gap, relaxation.rubbery, target, ())
+        trial = _Trial(setting, mesh, np.zeros(mesh.centres.size), mesh.gap, stiff, target, ())
         settled = _next(trial, 0.0)
         if settled is not None or _settled(trial, radius).excess > 0.0:
             return radius if settled is None else settled.outer
@@ -236,7 +238,7 @@ def _trial(setting: PulledSetting, state: Pulled, length: float, target: float) 
 
 def _settled(trial: _Trial, c: float) -> _Settled:
     """The contact with the end of the zone at c."""
-    bodies, _, attraction, by_force, rings = trial.setting
+    bodies, _, attraction, by_force, rings, _ = trial.setting
     mesh, pull = trial.mesh, attraction.stress / trial.stiff
     depth, force = (
         (None, trial.target / trial.stiff + math.pi * c * c * pull) if by_force else (trial.target, None)
@@ -357,7 +359,7 @@ def _separated(trial: _Trial, state: Pulled, length: float) -> Pulled:
 
 
 def _solution(setting: PulledSetting, state: Pulled) -> RingSolution:
-    bodies, relaxation, attraction, _, _ = setting
+    bodies, relaxation, attraction, _, _, _ = setting
     mesh, c, stress = state.mesh, state.outer, attraction.stress
     inner = _contact_radius(state.surface)
     count = int(np.sum((mesh.centres > inner) & (mesh.centres < c)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,6 +13,9 @@ from pymdr.problem.rheology import Prony, Rheology
 from pymdr.problem.spectra import Relaxation
 from pymdr.problem.values import SIField
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, to_si
+
+Faster = Callable[[float, float], tuple[FloatArray, FloatArray]]
+"""Moduli and rising times of terms faster than one of 1 Pa and 1 s, by the exponent and the step of a rule."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,15 +88,27 @@ class PowerLawRheology(Rheology):
                 "span = ('1 ms', '100 s')"
             )
         first, last = _span(*span)
-        (moduli, times), error = self._series(first, last, _SERIES_ERROR)
-        faster, shorter = _impulse(self.exponent, _step(self.exponent, _SERIES_ERROR))
-        kernel = Relaxation(
-            0.0,
-            np.append(moduli[0] * faster, moduli),
-            np.append(times[0] * shorter, times),
-            instantly_rigid=True,
-        )
-        return replace(kernel, error=_BETWEEN * max(error, self._impulse_error(kernel, first, last)))
+        return replace(self._whole(first, last, _SERIES_ERROR, _impulse), instantly_rigid=True)
+
+    def softened(self, span: tuple[float, float], error: float) -> Relaxation:
+        """
+        A series of few terms with a finite instantaneous modulus.
+
+        Parameters
+        ----------
+        span : tuple of float
+            Shortest and longest relevant time in s.
+        error : float
+            Largest relative error of G(t) in the span. The error of the series includes its integral and its creep, to which faster terms contribute.
+        """
+        return self._whole(*_span(*span), error, _smooth_impulse)
+
+    def _whole(self, first: float, last: float, error: float, faster: Faster) -> Relaxation:
+        """A series over a span with terms for faster relaxation, and its measured error."""
+        (moduli, times), missed = self._series(first, last, error)
+        stiffer, shorter = faster(self.exponent, _step(self.exponent, error))
+        kernel = Relaxation(0.0, np.append(moduli[0] * stiffer, moduli), np.append(times[0] * shorter, times))
+        return replace(kernel, error=_BETWEEN * max(missed, self._impulse_error(kernel, first, last)))
 
     def _series(self, first: float, last: float, error: float) -> tuple[tuple[FloatArray, FloatArray], float]:
         """Moduli and rising times of a series over a span, and the largest relative error of its G(t) there."""
@@ -171,8 +187,8 @@ _BETWEEN = 2.0
 """Safety factor for errors between the times at which they are measured."""
 
 
-_FAST_TERMS = 4
-"""Terms that represent faster relaxation, in addition to one at 0."""
+_FAST_TERMS, _SMOOTH_TERMS = 4, 3
+"""Terms that represent faster relaxation, in addition to one at 0 or without it."""
 
 
 _FASTEST = 60.0
@@ -232,12 +248,25 @@ def _impulse(exponent: float, step: float) -> tuple[FloatArray, FloatArray]:
     for the impulses keeps their sum and moments, so that loads smooth over 1 s are unaffected. The time of its node at 0 is
     negligibly short.
     """
-    ratio = math.exp((exponent - 1.0) * step)
-    k = np.arange(1.0, math.ceil(_FASTEST / step) + 1.0)
-    points, impulses = np.exp(-k * step), ratio**k
+    points, impulses = _faster(exponent, step)
     times, weights = _gauss(points, points * impulses, _FAST_TERMS)
+    ratio = math.exp((exponent - 1.0) * step)
     rest = ratio / (1.0 - ratio) - float((weights / times).sum())
     return np.append(rest / _INSTANT, weights / times**2), np.append(_INSTANT, times)
+
+
+def _smooth_impulse(exponent: float, step: float) -> tuple[FloatArray, FloatArray]:
+    """As `_impulse`, by a Gauss rule, whose moduli are finite."""
+    times, weights = _gauss(*_faster(exponent, step), _SMOOTH_TERMS)
+    return weights / times, times
+
+
+def _faster(exponent: float, step: float) -> tuple[FloatArray, FloatArray]:
+    """Times and impulses of all terms that are faster; the last one stands for those that are negligibly short."""
+    k = np.arange(1.0, math.ceil(_FASTEST / step) + 1.0)
+    impulses = np.exp((exponent - 1.0) * k * step)
+    impulses[-1] /= -math.expm1((exponent - 1.0) * step)
+    return np.exp(-k * step), impulses
 
 
 def _gauss(points: FloatArray, weights: FloatArray, most: int = 8) -> tuple[FloatArray, FloatArray]:

@@ -85,6 +85,26 @@ def _residues(zeros: FloatArray, distances: FloatArray, flows: bool) -> FloatArr
     return np.asarray(np.abs(np.prod(ratios / gaps, axis=1)))
 
 
+class Modes(NamedTuple):
+    """
+    Springs under load as modes that creep independently.
+
+    With the fractions e_i = E_i/E(0) of the modulus, a load q on E(0) moves the dashpots by v_i' = (w - v_i)/tau_i, w = q + sum_i e_i v_i.
+    The modes m = into v obey m_j' = -decay_j m_j + reach_j q and give sum_i e_i v_i = reach . m and v = back m.
+    """
+
+    share: FloatArray
+    """e_i of distinct times."""
+    rate: FloatArray
+    """1/tau_i in 1/s, rising."""
+    decay: FloatArray
+    """In 1/s, rising; the first is 0 if the material flows."""
+    reach: FloatArray
+    """In 1/s^(1/2)."""
+    into: FloatArray
+    back: FloatArray
+
+
 def _merged(h: Fractions) -> Fractions:
     """The same with distinct rising poles."""
     order = np.argsort(h.poles)
@@ -231,6 +251,10 @@ class Relaxation(Value):
         """The equilibrium modulus in Pa."""
         return self.equilibrium
 
+    def softest(self, longest: float) -> float:
+        """The equilibrium modulus in Pa, or the inverse of the creep after the longest time in s if the material flows: no load creeps more than its largest value that acts all the time."""
+        return self.equilibrium or 1.0 / float(self.retardation(longest))
+
     def __call__(self, time: ArrayLike) -> FloatArray:
         """E in Pa at times in s, none below 0; without the delta of a dashpot."""
         t = np.asarray(time, dtype=float)
@@ -254,6 +278,35 @@ class Relaxation(Value):
         """The creep of the same springs and dashpots."""
         inverse = reciprocal(Fractions(self.equilibrium, self.moduli, 1.0 / self.times, self.viscosity))
         return Retardation(*inverse)
+
+    @property
+    def modes(self) -> Modes:
+        """
+        The modes of the same springs under load.
+
+        They are the eigenvectors of diag(d) - c c^T with d_i = 1/tau_i and c_i^2 = e_i d_i. Computed from distances of zeros to poles, they keep
+        all digits where the rates spread over many decades (Gu and Eisenstat, 1994, SIAM J. Matrix Anal. Appl. 15, 1266).
+
+        Examples
+        --------
+        >>> Relaxation(1.0, np.array([1.0]), np.array([1.0])).modes.decay
+        array([0.5])
+        """
+        firm = self.equilibrium + float(self.moduli.sum())
+        merged = _merged(Fractions(self.equilibrium / firm, self.moduli / firm, 1.0 / self.times, 0.0))
+        _, share, rate, _ = merged
+        zeros, distances = zeros_between(merged)
+        if merged.constant == 0.0:
+            zeros, distances = np.append(0.0, zeros), np.vstack([rate, distances])
+        # c of the matrix whose eigenvalues are exactly these zeros
+        between = rate[:, None] - rate
+        np.fill_diagonal(between, 1.0)
+        coupling = np.sqrt(np.prod(np.abs(distances.T / between), axis=1))
+        vectors = coupling[:, None] / distances.T
+        reach = 1.0 / np.linalg.norm(vectors, axis=0)
+        vectors *= reach
+        root = np.sqrt(share / rate)
+        return Modes(share, rate, zeros, reach, vectors.T * root, vectors / root[:, None])
 
     def scaled(self, factor: float) -> Relaxation:
         """The kernel multiplied by a factor above 0."""

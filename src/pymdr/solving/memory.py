@@ -62,16 +62,24 @@ def span_along(
     contact: Contact, path: LoadingPath, time: FloatArray | None = None
 ) -> tuple[float, float] | None:
     """The shortest and the longest time of a path in s, if a power of time asks for them."""
-    if not powers_of(contact):
-        return None
-    if time is not None and depends_on_rows(contact, path):
+    return times_along(path, time) if powers_of(contact) else None
+
+
+def times_along(path: LoadingPath, time: FloatArray | None = None) -> tuple[float, float]:
+    """The shortest and the longest time of a path in s, of which those known only from the rows are given."""
+    if time is not None and has_times_of_rows(path):
         return _within([np.diff(time, prepend=0.0)], float(time[-1]))
     return _span(path)
 
 
+def has_times_of_rows(path: LoadingPath) -> bool:
+    """Whether times of a path are known only from the rows of a solution."""
+    return any(map(_led, *_neighbours(path)))
+
+
 def depends_on_rows(contact: Contact, path: LoadingPath) -> bool:
     """Whether the times that a power of time needs are known only from the rows of a solution."""
-    return bool(powers_of(contact)) and any(map(_led, *_neighbours(path)))
+    return bool(powers_of(contact)) and has_times_of_rows(path)
 
 
 def powers_of(contact: Contact) -> tuple[PowerLawRheology, ...]:
@@ -143,13 +151,21 @@ def refuse_sudden(stretch: Stretch, relaxation: Relaxation) -> None:
         )
 
 
+def refuse_rigid(relaxation: Relaxation, verb: str = "solve") -> None:
+    """Refuse bodies with a parallel dashpot, in the name of a verb."""
+    if math.isinf(relaxation.glassy):
+        raise ProblemError(
+            f"{verb}: adhesion of a viscoelastic body needs an instantaneous modulus, but this body is rigid at once; use StandardSolid, or Prony"
+        )
+
+
 def refuse_flow(relaxation: Relaxation, verb: str = "solve") -> None:
     """Refuse bodies that are no solids with an instantaneous modulus, in the name of a verb."""
-    if math.isinf(relaxation.glassy) or not relaxation.rubbery > 0.0:
-        what = "flows at rest" if relaxation.rubbery == 0.0 else "is rigid at once"
+    refuse_rigid(relaxation, verb)
+    if relaxation.rubbery == 0.0:
         raise ProblemError(
-            f"{verb}: adhesion of a viscoelastic body needs a solid with an instantaneous modulus, but this body {what}; use StandardSolid, or "
-            "Prony with an equilibrium modulus"
+            f"{verb}: this needs the relaxed contact, but this body flows at rest; use StandardSolid, or Prony with an equilibrium modulus. solve "
+            "with MaugisDugdale follows bodies that flow"
         )
 
 

@@ -13,17 +13,16 @@ import scipy
 
 from pymdr.errors import ConvergenceError, PathError, ProblemError, PymdrError
 from pymdr.line.soft.springs import FINE, ZoneSprings
-from pymdr.mapping.relaxation import relaxation_of
 from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Elastic
 from pymdr.problem.paths import LoadingPath, Path, hold, load
 from pymdr.problem.values import within_range
 from pymdr.result import Result
 from pymdr.solving.batch import Request, solutions
-from pymdr.solving.memory import refuse_flow, relaxation_along, span_along, surfaces_of
+from pymdr.solving.memory import refuse_flow, relaxation_along
 from pymdr.solving.pulloff import start_of_retraction
-from pymdr.solving.soft import zone_setting
 from pymdr.solving.verb import read_stiffness, solve
+from pymdr.solving.zones import zone_relaxation, zone_setting
 from pymdr.units import FloatArray, QuantityLike, shown, to_si, written
 
 ROWS, _FINE = 240, 48
@@ -166,8 +165,8 @@ def followed_tests(
     return [_answer(one) for one in finest], modulus
 
 
-_AtRest = tuple[float, float, tuple[float, float] | None]
-"""Speed of the approach and dwell of a test, and the times over which powers of time are represented."""
+_AtRest = tuple[float, float]
+"""Speed of the approach and dwell of a test."""
 
 
 def _retreat(
@@ -180,10 +179,9 @@ def _retreat(
     """A length in m in which the contact is lost, and its evenly spaced rows; tests share the springs at rest before it."""
     length = _first_length(contact, approach)
     for _ in range(_DOUBLINGS):
-        span = span_along(contact, approach.whole(test, _even(length)))
-        key = test.approach_speed, test.dwell, span
+        key = test.approach_speed, test.dwell
         if key not in rested:
-            rested[key] = _springs_at_rest(contact, approach, test, stiffness, span)
+            rested[key] = _springs_at_rest(contact, approach, test, stiffness)
         (end, _), (time, travel) = approach.away(test, np.zeros(1)), approach.away(test, _even(length))
         follow = deepcopy(rested[key]).follow
         rows = follow(np.append(end, time), np.append(approach.top, travel), stiffness)
@@ -195,16 +193,9 @@ def _retreat(
     )
 
 
-def _springs_at_rest(
-    contact: Contact,
-    approach: _Approach,
-    test: TackTest,
-    stiffness: float,
-    span: tuple[float, float] | None,
-) -> ZoneSprings:
+def _springs_at_rest(contact: Contact, approach: _Approach, test: TackTest, stiffness: float) -> ZoneSprings:
     """The springs after approach and dwell."""
-    relaxation = relaxation_of(*surfaces_of(contact), span=span)
-    setting = zone_setting(contact, relaxation, {stiffness: max(approach.top, 0.0)})
+    setting = zone_setting(contact, zone_relaxation(contact, None), {stiffness: max(approach.top, 0.0)})
     springs = ZoneSprings(setting, FINE)
     time, travel = approach.rows
     springs.follow(np.append(time[0], time), np.append(travel[0], travel), stiffness)
@@ -266,10 +257,9 @@ def _approach(contact: Contact, speed: float, stiffness: float, quantity: str, t
     channel = "indentation" if math.isinf(stiffness) else "travel"
     machine = None if math.isinf(stiffness) else stiffness
     top = target
+    relaxation = relaxation_along(contact, Path(time=[0.0, reach / speed], indentation=[-reach, 0.0]))
+    refuse_flow(relaxation, "pull_off")
     if quantity == "normal_force":
-        span = Path(time=[0.0, reach / speed], indentation=[-reach, 0.0])
-        relaxation = relaxation_along(contact, span)
-        refuse_flow(relaxation, "pull_off")
         bare = Contact(contact.profile, Elastic(relaxation.rubbery, 0.0))
         top = float(solve(bare, load(max(target, law.work * reach))).data["indentation"].values[-1])
     approach = _Approach(channel, -reach, top, speed)

@@ -27,14 +27,17 @@ from pymdr.rows import taken
 from pymdr.solving.memory import (
     assumptions_with_memory,
     later_too,
-    refuse_flow,
+    refuse_rigid,
     refuse_sudden,
     relaxation_along,
+    span_along,
+    times_along,
     times_of,
 )
 from pymdr.solving.normal import check_normal_path, refuse_tension
 from pymdr.solving.reach import Mapped, assumptions, half_space_assumptions, map_to_line, notes_of
 from pymdr.solving.walk import Channels, Interpretation, LegProgress, Task, Walked, solution, walk
+from pymdr.solving.zones import zone_relaxation
 from pymdr.units import FloatArray
 
 _FEWEST = 20
@@ -235,10 +238,12 @@ def _depths(rows: _Remembered) -> FloatArray:
 
 
 def _walk_memory(task: Task, rings: Rings) -> Walked[_Remembered]:
-    relaxation = relaxation_along(task.contact, task.path)
     if task.contact.adhesion is not None:
-        refuse_flow(relaxation)
-        return walk(task, None, partial(_step_pulled, task.contact, relaxation, rings))
+        relaxation = zone_relaxation(task.contact, span_along(task.contact, task.path))
+        refuse_rigid(relaxation)
+        longest = math.inf if relaxation.rubbery > 0.0 else times_along(task.path)[1]
+        return walk(task, None, partial(_step_pulled, task.contact, relaxation, rings, longest))
+    relaxation = relaxation_along(task.contact, task.path)
     return walk(task, None, partial(_step_with_memory, task.contact, relaxation, rings))
 
 
@@ -250,6 +255,7 @@ def _step_pulled(
     contact: Contact,
     relaxation: Relaxation,
     rings: Rings,
+    longest: float,
     state: tuple[Pulled, ...] | None,
     stretch: Stretch,
     kept: np.ndarray | None,
@@ -268,7 +274,7 @@ def _step_pulled(
     bodies = Bodies(contact.profile)
     legs = [
         follow_pulled(
-            PulledSetting(bodies, relaxation, attraction, stretch.by_force, each), time, target, one
+            PulledSetting(bodies, relaxation, attraction, stretch.by_force, each, longest), time, target, one
         )
         for one, each in zip(state or (None, None), (rings, _fewer(rings)), strict=True)
     ]

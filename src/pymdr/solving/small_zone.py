@@ -22,7 +22,7 @@ from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.memory import assumptions_with_memory, refuse_flow, relaxation_along
 from pymdr.solving.normal import refuse_tangential
 from pymdr.solving.reach import notes_of
-from pymdr.solving.soft import controls_of, refuse_edge, springs_of
+from pymdr.solving.soft import controls_of
 from pymdr.solving.walk import (
     Channels,
     Interpretation,
@@ -34,6 +34,7 @@ from pymdr.solving.walk import (
     walk,
     with_travel,
 )
+from pymdr.solving.zones import refuse_edge, springs_of
 from pymdr.units import FloatArray, metres, newtons
 
 WITHOUT_FIELDS = "the law of a small zone gives the contact radius and forces only; use MaugisDugdale(work, range=...) for fields"

@@ -3,35 +3,31 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
-from pymdr.errors import ConvergenceError, PathError, ProblemError
+from pymdr.errors import PathError
 from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.adhesion import energy_assumption
 from pymdr.interpretation.soft import ZoneCheck, ZoneSurface, check_zone
-from pymdr.interpretation.theories import equilibria_of
 from pymdr.interpretation.validity import NORMAL_FIELDS, SOURCES, Claim, Level
-from pymdr.line.curves import ElasticLine
 from pymdr.line.foundation import mean_pressure
 from pymdr.line.soft.springs import COARSE, FINE, ROUGH, ZoneLevel, ZoneLine, ZoneSetting, ZoneSprings
 from pymdr.mapping.equivalent import equivalent_profile, gap_function
-from pymdr.mapping.relaxation import Relaxation, relaxation_of
+from pymdr.mapping.relaxation import Relaxation
 from pymdr.problem.contact import Contact
-from pymdr.problem.materials import Elastic, Rigid
 from pymdr.problem.schedule import Stretch, planned, total_rows
 from pymdr.result import Result, Status
-from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.memory import (
     assumptions_with_memory,
     error_of,
+    has_times_of_rows,
     later_too,
-    refuse_flow,
-    relaxation_along,
-    surfaces_of,
+    span_along,
+    times_along,
     times_of,
 )
 from pymdr.solving.normal import refuse_tangential
@@ -47,10 +43,10 @@ from pymdr.solving.walk import (
     walk,
     with_travel,
 )
+from pymdr.solving.zones import zone_relaxation, zone_setting
 from pymdr.units import FloatArray, metres, newtons
 
 _CONTROL = {"indentation": math.inf, "normal_force": 0.0}
-_GROWTH = 1.1
 _UNKNOWN_WHEN_TORN = (
     "indentation",
     "normal_force",
@@ -96,17 +92,32 @@ def solve_soft(task: Task) -> Result:
     refuse_tangential(
         task.path, "the contact is adhesive: adhesion with friction is not covered; leave the channel out"
     )
-    relaxation = relaxation_along(task.contact, task.path)
-    setting = _setting(task, relaxation)
-    last = total_rows(task.path) - 1
-    watched = np.unique(np.linspace(0, last, _CHECKED).astype(int)).tolist()
-    levels = tuple(ZoneSprings(setting, level, watched) for level in (FINE, COARSE, ROUGH))
-    walked = walk(task, levels, partial(_step, task.machine_stiffness))
+    setting, levels, walked = _followed(task)
     assert walked.time is not None
+    if not setting.relaxation.rubbery > 0.0 and has_times_of_rows(task.path):
+        setting, levels, walked = _followed(task, walked.time)
+    watched = _watched(task)
     surface = _surface(task, setting, walked.rows.fine, walked.starts)
     fine, coarse, _ = (level.lines for level in levels)
     check = check_zone(surface, watched, fine, coarse, setting.work / setting.strength)
     return solution(task, walked, _interpret(task, setting, walked, check))
+
+
+def _watched(task: Task) -> list[int]:
+    """Rows in which fields are checked."""
+    return sorted({int(row) for row in np.linspace(0, total_rows(task.path) - 1, _CHECKED)})
+
+
+def _followed(
+    task: Task, time: FloatArray | None = None
+) -> tuple[ZoneSetting, tuple[ZoneSprings, ...], Walked[ZoneRows]]:
+    """The rows of all levels, with the times of rows of a former solution where only these tell the duration of the path."""
+    setting, watched = _setting(task, time), _watched(task)
+    levels = tuple(
+        ZoneSprings(replace(setting, relaxation=_relaxation(task, time, level)), level, watched)
+        for level in (FINE, COARSE, ROUGH)
+    )
+    return setting, levels, walk(task, levels, partial(_step, task.machine_stiffness))
 
 
 def zone_force(
@@ -127,8 +138,8 @@ def zone_force(
         Resolution.
     """
     span = float(np.diff(time).min()), float(np.ptp(time))
-    relaxation = relaxation_of(*surfaces_of(contact), span=span)
-    setting = zone_setting(contact, relaxation, {stiffness: max(float(control.max()), 0.0)})
+    relaxation = zone_relaxation(contact, span, level)
+    setting = zone_setting(contact, relaxation, {stiffness: max(float(control.max()), 0.0)}, span[1])
     from_start = np.append(time[0], time), np.append(control[0], control)
     return ZoneSprings(setting, level).follow(*from_start, stiffness)["normal_force"]
 
@@ -136,7 +147,7 @@ def zone_force(
 def zone_surface(result: Result) -> ZoneSurface:
     """The source of fields, which follows the path again up to the requested row."""
     task = Task(result.contact, result.path, result.reading, result.machine_stiffness)
-    setting = _setting(task, relaxation_along(result.contact, result.path))
+    setting = _setting(task, result.data["time"].values)
     columns = {name: result.data[name].values for name in ("contact_radius", "cohesive_radius")}
     assert result.starts is not None
     return _surface(task, setting, columns, result.starts)
@@ -172,65 +183,20 @@ def _line_at(task: Task, setting: ZoneSetting, starts: Sequence[Channels], row: 
     return springs.lines[0]
 
 
-def _setting(task: Task, relaxation: Relaxation) -> ZoneSetting:
-    """The springs, and the largest zone, of the relaxed contact at the largest target of the path."""
+def _relaxation(task: Task, time: FloatArray | None, level: ZoneLevel) -> Relaxation:
+    return zone_relaxation(task.contact, span_along(task.contact, task.path, time), level)
+
+
+def _setting(task: Task, time: FloatArray | None = None) -> ZoneSetting:
+    """The springs, and the largest zone, of the softest contact at the largest target of the path."""
+    relaxation = _relaxation(task, time, FINE)
+    longest = math.inf if relaxation.rubbery > 0.0 else times_along(task.path, time)[1]
     largest: dict[float, float] = {}
     for leg in planned(task.path):
         target = np.ravel(np.asarray(getattr(leg.leg, leg.controls.normal, 0.0), dtype=float))
         k = _CONTROL.get(leg.controls.normal, task.machine_stiffness or math.inf)
         largest[k] = max(float(np.max(target, initial=0.0)), largest.get(k, 0.0))
-    return zone_setting(task.contact, relaxation, largest)
-
-
-def zone_setting(contact: Contact, relaxation: Relaxation, targets: Mapping[float, float]) -> ZoneSetting:
-    """
-    The springs of a contact, and the largest zone of its relaxed body.
-
-    Parameters
-    ----------
-    contact : Contact
-    relaxation : Relaxation
-        E*(t) of its bodies.
-    targets : mapping of float to float
-        Largest targets in m, or in N for 0, by the machine stiffness in N/m.
-    """
-    refuse_flow(relaxation)
-    law = contact.adhesion
-    assert law is not None
-    assert law.cohesive_stress is not None
-    line = AdhesiveLine(replace(contact, body=Elastic(relaxation.rubbery, 0.0), counterbody=Rigid()))
-    try:
-        stops = [line.stop(k, top) for k, top in sorted(targets.items())]
-    except ConvergenceError as error:
-        raise ProblemError(f"solve: {error}") from error
-    # theories of cohesive zones need a profile that increases up to the end
-    equilibria_of(law, contact.profile, line.line, max(stops))
-    widest = float(np.max(line.equilibria.states(np.array(stops)).cohesive_radius))
-    refuse_edge(line, _GROWTH * 1.2 * widest)
-    return ZoneSetting(relaxation, law.cohesive_stress, law.work, springs_of(line), _GROWTH * widest)
-
-
-def refuse_edge(line: AdhesiveLine, radius: float) -> None:
-    """Refuse zones up to a radius in m that would reach the sharp edge of the profile."""
-    if line.line.edge < radius:
-        raise ProblemError(
-            f"solve: the zone would reach the sharp edge of the profile at r = {metres(line.line.edge)}, which is not covered with memory; use a "
-            "wider profile or a smaller load"
-        )
-
-
-def springs_of(line: AdhesiveLine) -> Callable[[FloatArray], tuple[FloatArray, FloatArray]]:
-    """g(x) in m and its integral from 0 in m^2."""
-    elastic = line.line
-    assert isinstance(elastic, ElasticLine)
-
-    def profile(x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        inside = np.minimum(x, min(elastic.max_radius, 1e300))
-        g = elastic.depth(inside)
-        # F0 = 2 E (a g - int g)
-        return g, inside * g - elastic.force(inside) / (2.0 * elastic.modulus)
-
-    return profile
+    return zone_setting(task.contact, relaxation, largest, longest)
 
 
 def _step(
@@ -324,6 +290,11 @@ def _interpret(
         everywhere,
     )
     errors = _errors(rows, columns, balance)
+    # of the series of a power of time, whose faster terms the levels share
+    errors = {
+        name: np.where(error > 0.0, np.minimum(error + relaxation.error, 1.0), 0.0)
+        for name, error in errors.items()
+    }
     radii = np.maximum(errors["contact_radius"], errors["cohesive_radius"])
     errors |= {name: np.minimum(check.error(name, force.size) + radii, 1.0) for name in NORMAL_FIELDS}
     claims = with_errors(

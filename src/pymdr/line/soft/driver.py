@@ -42,6 +42,8 @@ from pymdr.units import FloatArray
 
 DONE, STUCK, TOO_WIDE, TOO_MANY, _SMALL = range(5)
 """How a leg ends."""
+_NODES = 2.5
+"""Nodes in the smallest zone without contact."""
 (
     OUT_TIME,
     OUT_A,
@@ -314,15 +316,15 @@ def wait_free(zone: Zone, span: float, p0: float, p1: float) -> bool:
 
 
 @merged
-def fall(zone: Zone, out: FloatArray) -> int:
-    """Jump to the next stable state, or separate; the loss is that of the energy at constant control."""
+def fall(zone: Zone, out: FloatArray, vanishes: bool) -> int:
+    """Jump to the next stable state, or separate, at once where the zone vanishes; the loss is that of the energy at constant control."""
     now, end = zone.now, zone.end
     c0, depth, free = now[OUTER], now[DEPTH], now[OUTER] == 0.0
     load = end[CONTROL] if end[ALPHA] == 0.0 else 0.0
     was, length = potential(zone, load), c0 - now[RADIUS]
     end[RADIUS] = now[RADIUS]
-    outcome = call(zone.find, _NONE, (zone, c0, 0.0))
-    if free and outcome == _NONE and end[OUTER] < 2.5 * end[SPACING]:
+    outcome = _NONE if vanishes else call(zone.find, _NONE, (zone, c0, 0.0))
+    if free and outcome == _NONE and end[OUTER] < _NODES * end[SPACING]:
         return _SMALL
     if outcome == _WIDE or (free and outcome == _NONE):
         return TOO_WIDE
@@ -379,12 +381,14 @@ def follow_rows(
                     break
                 here = p0 + (now[TIME] - begin) / span * change
                 left = stop - now[TIME]
-            leap = free or wanted < quick or halvings > _HALVINGS
+            # a zone of few nodes, of springs that are stiff at once
+            vanishes = not free and known and rate_c < 0.0 and now[RADIUS] == 0.0 and now[OUTER] < _NODES * h
+            leap = free or vanishes or wanted < quick or halvings > _HALVINGS
             if leap:
                 # a free surface that is attracted, or a fold beyond which no state is near
                 length = 0.0 if free else min(4.0 * quick, left)
                 set_length(zone, length, here + length / span * change)
-                ends = fall(zone, out[row])
+                ends = fall(zone, out[row], vanishes)
                 if ends == _SMALL:
                     # on a sharp tip the zone grows from nothing: the surfaces stay free until it is two nodes wide
                     pause = 0.01 * span

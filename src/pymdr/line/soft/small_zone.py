@@ -87,11 +87,8 @@ class SmallZone:
     @property
     def creep(self) -> tuple[FloatArray, FloatArray]:
         """Amplitudes and rates [1/s] of the reduced creep."""
-        firm, tau = self.relaxation.glassy, self.relaxation.times
-        coupling = np.sqrt(self.relaxation.moduli / firm / tau)
-        rates, vectors = np.linalg.eigh(np.diag(1.0 / tau) - np.outer(coupling, coupling))
-        amplitudes = (vectors.T @ coupling) ** 2 / rates * (self.relaxation.rubbery / firm)
-        return amplitudes, rates
+        creep = self.relaxation.retardation
+        return creep.compliances * self.relaxation.rubbery, 1.0 / creep.times
 
     @property
     def unit(self) -> float:

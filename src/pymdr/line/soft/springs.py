@@ -49,7 +49,9 @@ class ZoneSetting:
     Attributes
     ----------
     relaxation : Relaxation
-        E*(t) [Pa], with an equilibrium modulus and without a parallel dashpot.
+        E*(t) [Pa], without a parallel dashpot.
+    softest : float
+        The equilibrium modulus [Pa], or the inverse of the creep at the end of the path if the body flows.
     strength, work : float
         Cohesive stress [Pa] and work of adhesion [J/m²].
     profile : callable
@@ -59,6 +61,7 @@ class ZoneSetting:
     """
 
     relaxation: Relaxation
+    softest: float
     strength: float
     work: float
     profile: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
@@ -66,15 +69,15 @@ class ZoneSetting:
 
     @property
     def shortest_zone(self) -> float:
-        """Length of the zone of a relaxed contact that is long compared with it, π γ E_inf / 4 σ² [m] (Maugis 1992)."""
-        return math.pi * self.work * self.relaxation.rubbery / (4.0 * self.strength**2)
+        """Length of the zone of the softest contact that is long compared with it, π γ E / 4 σ² [m] (Maugis 1992)."""
+        return math.pi * self.work * self.softest / (4.0 * self.strength**2)
 
     def spacing(self, level: ZoneLevel) -> float:
         """Spacing of the nodes [m]."""
         h = min(self.shortest_zone / _IN_ZONE, self.widest / _IN_CONTACT)
         if self.widest / h > level.most:
             least = self.work / math.sqrt(
-                math.pi * self.work * self.relaxation.rubbery * level.most / (4.0 * _IN_ZONE * self.widest)
+                math.pi * self.work * self.softest * level.most / (4.0 * _IN_ZONE * self.widest)
             )
             raise ProblemError(
                 f"the cohesive zone, {metres(self.shortest_zone)} long, is too short for a contact of {metres(self.widest)}; give a range of "
@@ -120,15 +123,9 @@ class ZoneSprings:
 
         self.setting, relaxation = setting, setting.relaxation
         self._unit, self._firm = setting.widest, relaxation.glassy
-        share, tau = relaxation.moduli / self._firm, relaxation.times
-        coupling = np.sqrt(share / tau)
-        decay, vectors = np.linalg.eigh(np.diag(1.0 / tau) - np.outer(coupling, coupling))
-        root = np.sqrt(share * tau)
-        body = np.vstack(
-            [share, 1.0 / tau, decay, vectors.T @ coupling, vectors.T * root, vectors / root[:, None]]
-        )
+        body = np.vstack(relaxation.modes)
         spacing = setting.spacing(level) / self._unit
-        size, n = int(_BEYOND / spacing) + _SPARE, tau.size
+        size, n = int(_BEYOND / spacing) + _SPARE, body.shape[1]
         x: FloatArray = spacing * np.arange(size, dtype=np.float64)
         g, area = setting.profile(x * self._unit)
         self._limits = np.array([level.largest, level.missed])

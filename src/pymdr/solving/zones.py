@@ -1,0 +1,117 @@
+"""Springs of cohesive zones with memory: their relaxation over the times of a path, and the size of the largest zone."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from pymdr.errors import ConvergenceError, ProblemError
+from pymdr.interpretation.theories import equilibria_of
+from pymdr.line.curves import ElasticLine
+from pymdr.line.soft.springs import FINE, ZoneLevel, ZoneSetting
+from pymdr.mapping.relaxation import Relaxation, relaxation_of
+from pymdr.problem.contact import Contact
+from pymdr.problem.materials import Elastic, Material, Rigid
+from pymdr.problem.rheology import Prony
+from pymdr.solving.equilibria import AdhesiveLine
+from pymdr.solving.memory import powers_of, refuse_flow, refuse_rigid, surfaces_of
+from pymdr.units import FloatArray, metres
+
+_GROWTH = 1.1
+_FIRST, _ERROR = 0.25, 1e-4
+"""Shortest time of the series of a power of time over the shortest step of a path, since an edge passes its zone fast; and error of the series."""
+
+
+def zone_relaxation(
+    contact: Contact, span: tuple[float, float] | None, level: ZoneLevel = FINE
+) -> Relaxation:
+    """
+    E*(t) of the bodies of a contact, with an instantaneous modulus.
+
+    Parameters
+    ----------
+    contact : Contact
+    span : tuple of float or None
+        Shortest step and length of a path in s, over which powers of time are represented; None if there are none.
+    level : ZoneLevel, optional
+        Coarser levels have shorter series, so that their difference contains the error of the series.
+    """
+    powers = powers_of(contact)
+    if not powers:
+        return relaxation_of(*surfaces_of(contact))
+    assert span is not None
+    times = _FIRST * level.spacing * span[0], span[1]
+    error = _ERROR * level.spacing
+    series: dict[Any, Relaxation] = {one: one.softened(times, error) for one in powers}
+
+    def finite(body: Any) -> Material:
+        kernel = series.get(getattr(body, "shear", None))
+        changed: Material = body
+        if kernel is not None:
+            changed = replace(body, shear=Prony(0.0, kernel.moduli, kernel.times))
+        return changed
+
+    relaxation = relaxation_of(*map(finite, surfaces_of(contact)))
+    return replace(relaxation, error=max(one.error for one in series.values()))
+
+
+def zone_setting(
+    contact: Contact, relaxation: Relaxation, targets: Mapping[float, float], longest: float = math.inf
+) -> ZoneSetting:
+    """
+    The springs of a contact, and its largest zone: that of an elastic body with the softest modulus of the path.
+
+    Parameters
+    ----------
+    contact : Contact
+    relaxation : Relaxation
+        E*(t) of its bodies.
+    targets : mapping of float to float
+        Largest targets in m, or in N for 0, by the machine stiffness in N/m.
+    longest : float
+        Duration of the path in s. Bodies that flow at rest are refused where it is inf.
+    """
+    refuse_rigid(relaxation)
+    if math.isinf(longest):
+        refuse_flow(relaxation)
+    softest = relaxation.softest(longest)
+    law = contact.adhesion
+    assert law is not None
+    assert law.cohesive_stress is not None
+    line = AdhesiveLine(replace(contact, body=Elastic(softest, 0.0), counterbody=Rigid()))
+    try:
+        stops = [line.stop(k, top) for k, top in sorted(targets.items())]
+    except ConvergenceError as error:
+        raise ProblemError(f"solve: {error}") from error
+    # theories of cohesive zones need a profile that increases up to the end
+    equilibria_of(law, contact.profile, line.line, max(stops))
+    widest = float(np.max(line.equilibria.states(np.array(stops)).cohesive_radius))
+    refuse_edge(line, _GROWTH * 1.2 * widest)
+    return ZoneSetting(relaxation, softest, law.cohesive_stress, law.work, springs_of(line), _GROWTH * widest)
+
+
+def refuse_edge(line: AdhesiveLine, radius: float) -> None:
+    """Refuse zones up to a radius in m that would reach the sharp edge of the profile."""
+    if line.line.edge < radius:
+        raise ProblemError(
+            f"solve: the zone would reach the sharp edge of the profile at r = {metres(line.line.edge)}, which is not covered with memory; use a "
+            "wider profile or a smaller load"
+        )
+
+
+def springs_of(line: AdhesiveLine) -> Callable[[FloatArray], tuple[FloatArray, FloatArray]]:
+    """g(x) in m and its integral from 0 in m^2."""
+    elastic = line.line
+    assert isinstance(elastic, ElasticLine)
+
+    def profile(x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        inside = np.minimum(x, min(elastic.max_radius, 1e300))
+        g = elastic.depth(inside)
+        # F0 = 2 E (a g - int g)
+        return g, inside * g - elastic.force(inside) / (2.0 * elastic.modulus)
+
+    return profile
