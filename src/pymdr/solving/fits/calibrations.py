@@ -18,6 +18,7 @@ from pymdr.solving.fits.estimating import Estimate, with_intervals
 from pymdr.solving.fits.minimizing import minimize_from, refuse_unsettled
 from pymdr.solving.fits.results import Fitted
 from pymdr.solving.fits.searching import Search
+from pymdr.solving.fits.spectrum import NORMAL_95
 from pymdr.solving.fits.unknowns import BASELINE
 from pymdr.units import FloatArray, QuantityLike, shown, to_si, written
 
@@ -27,8 +28,6 @@ SPRING_CONSTANT, SENSITIVITY = "spring_constant", "sensitivity"
 _PERCENT = re.compile(r"\s*([-+]?(?:\d+(?:\.\d*)?|\.\d+))\s*%\s*\Z", re.ASCII)
 _LARGEST = 0.5
 """Largest relative uncertainty; errors are propagated by one step to either side."""
-NORMAL_95 = 1.959963984540054
-_STEP = 1e-6
 NO_DEFLECTION = (
     "uncertainty of sensitivity: the record has indentations and no spring constant, from which its deflection follows; "
     "give travel and spring_constant"
@@ -94,6 +93,11 @@ def refuse_beyond_limits(name: str, given: QuantityLike) -> NoReturn:
     )
 
 
+def half_width(error: FloatArray, width: FloatArray, squares: FloatArray) -> FloatArray:
+    """Half widths of 95 % intervals of errors by noise, whose own half widths are `width` errors, and of squares of normal errors."""
+    return np.asarray(np.sqrt((width * error) ** 2 + NORMAL_95**2 * squares))
+
+
 def with_uncertainty(
     estimate: Estimate, uncertainty: Mapping[str, QuantityLike]
 ) -> tuple[dict[str, Fitted], dict[str, dict[str, float]]]:
@@ -116,8 +120,8 @@ def with_uncertainty(
     refuse_unnamed(uncertainty)
     if search.shears:
         raise ProblemError("uncertainty= is for force curves; records of friction have none")
-    rates = _rates(search, best)
-    own = np.abs(rates) * estimate.errors
+    rates = search.rates(best)
+    own = rates * estimate.errors
     shares = {RECORD: dict(zip(search.names, own.tolist(), strict=True))}
     squares = np.zeros(best.size)
     for name, given in uncertainty.items():
@@ -132,7 +136,7 @@ def with_uncertainty(
         squares += (moved / rates) ** 2
     total = np.sqrt(estimate.errors**2 + squares)
     with np.errstate(invalid="ignore", divide="ignore"):  # a record without noise, and unknowns at a bound
-        half = np.sqrt((estimate.width * estimate.errors) ** 2 + NORMAL_95**2 * squares)
+        half = half_width(estimate.errors, estimate.width, squares)
         width = np.where(total > 0.0, half / total, estimate.width)
     return with_intervals(search, best, total, width), shares
 
@@ -148,16 +152,6 @@ def _moved(
     refuse_unsettled(minimum)
     named = changed.named(minimum.free)
     return np.array([named[one] for one in search.names])
-
-
-def _rates(search: Search, best: FloatArray) -> FloatArray:
-    """Rates of the fitted numbers over the free ones."""
-    rates = np.empty(best.size)
-    for i, name in enumerate(search.names):
-        step = np.zeros(best.size)
-        step[i] = _STEP
-        rates[i] = (search.named(best + step)[name] - search.named(best - step)[name]) / (2.0 * _STEP)
-    return rates
 
 
 def _changed(search: Search, name: str, given: QuantityLike, side: float) -> Search | None:

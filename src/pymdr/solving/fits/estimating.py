@@ -37,7 +37,7 @@ from pymdr.solving.fits.quality import Quality, worst_quality
 from pymdr.solving.fits.residuals import DECIDED, waves_of
 from pymdr.solving.fits.results import Fitted
 from pymdr.solving.fits.searching import Modelled, Search
-from pymdr.solving.fits.spectrum import WHITE_PRIOR, NoiseSpectra, noise_spectra
+from pymdr.solving.fits.spectrum import NORMAL_95, WHITE_PRIOR, NoiseSpectra, noise_spectra
 from pymdr.solving.fits.timing import refuse_untimed
 from pymdr.solving.fits.touching import ROUNDS_OF_JUMPS, BoolArray
 from pymdr.solving.fits.unknowns import (
@@ -59,9 +59,6 @@ _INDISTINCT, _PART = 1e-6, 0.1
 """Ratio to the largest singular value below which a combination has no effect, and its smallest part that counts."""
 _ROUNDED = 1e-12
 """Ratio to the largest singular value below which one is a rounding error."""
-_WIDER = 1.1
-"""Ratio from which on errors of the search over a family, which account for a pull of a few samples, replace others."""
-_NORMAL_95 = 1.959963984540054
 _RAISED = 1.44
 """Density at low frequencies relative to the variance from which on residuals are called correlated."""
 _AT_BOUND = 1e-4
@@ -216,10 +213,11 @@ def _with_errors(
     refuse_noisy(search, best, slopes, white * math.sqrt(correlated))
     errors, width = np.full(p, math.nan), np.full(p, math.nan)
     errors[seen] = np.sqrt(variances) / scale[seen]
-    width[seen] = spectra.quantile(scaled.T)
+    width[seen] = spectra.quantile(scaled.T[None])[0]
     moved = np.zeros((p, means.size))
     moved[seen] = np.abs(scaled.T @ left.T) * np.abs(forces) / scale[seen, None]
-    errors = np.where(wide > _WIDER * errors, wide, errors)
+    # those of the search over a family account for a pull of a few samples
+    errors = np.where(wide > errors, wide, errors)
     # a combination without an effect: each of its numbers can be anything
     unbounded = np.flatnonzero(seen)[
         np.any(np.abs(rows[singular <= _INDISTINCT * singular.max()]) > _PART, axis=0)
@@ -244,7 +242,7 @@ def _with_errors(
         dict(
             zip(
                 np.array(search.names)[seen].tolist(),
-                (factors * width[seen] / _NORMAL_95).tolist(),
+                (factors * width[seen] / NORMAL_95).tolist(),
                 strict=True,
             )
         ),
@@ -310,23 +308,23 @@ def with_intervals(
     search: Search, best: FloatArray, errors: FloatArray, width: FloatArray
 ) -> dict[str, Fitted]:
     """Fitted numbers by name, with intervals from the errors of the free numbers and their half widths in errors."""
-    values, rest = {}, at_bounds(search, best)
+    values, rest, rates = {}, at_bounds(search, best), search.rates(best)
     bounds = {u.name: (u.low, u.high) for u in search.unknowns}
     units = {u.name: u.unit for u in search.unknowns}
     for i, name in enumerate(search.names):
         if math.isnan(errors[i]):
             continue
         ends = []
-        for side in (0.0, -width[i], width[i], 1.0):
+        for side in (0.0, -width[i], width[i]):
             moved = best.copy()
             moved[i] += side * errors[i]
             ends.append(search.named(moved)[name])
-        value, low, high, one = ends
+        value, low, high = ends
         unit = units.get(name) or ORIGINS.get(name.partition("[")[0], "")
         if name in rest:
             values[name] = Fitted(name, value, math.nan, *bounds[name], unit)
             continue
-        values[name] = Fitted(name, value, abs(one - value), min(low, high), max(low, high), unit)
+        values[name] = Fitted(name, value, float(rates[i] * errors[i]), min(low, high), max(low, high), unit)
     return values
 
 

@@ -37,6 +37,7 @@ from pymdr.solving.fits.request import (
     PLATEAU,
     RESIDUAL,
     SYSTEMATIC,
+    TOO_FEW,
     WAVES,
     Columns,
     FitRequest,
@@ -336,8 +337,10 @@ def _interpreted(request: FitRequest, records: Records, fitted: FittedStretch) -
         if not request.contact.is_viscoelastic:
             claims, assumed = deepest.claims, deepest.assumptions
         notes += _uncertainty_notes(request, columns, fits)
-    elif few := [text for text in fitted.refusals if request.limits and text.startswith(notes[0])]:
-        raise ProblemError(f"fit_map: no curve is fitted: {min(few)}")
+    elif np.any(columns["ending"] == TOO_FEW):
+        raise ProblemError(
+            f"fit_map: no curve is fitted: {'; '.join(sorted(fitted.refusals)[:_SHOWN_REFUSALS])}"
+        )
     for name, limit, text in (
         (
             WAVES,

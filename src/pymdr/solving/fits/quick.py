@@ -34,6 +34,7 @@ from pymdr.solving.fits.request import (
     SEEN,
     UNREAD,
     WAVES,
+    WIDTH,
     Columns,
     FitRequest,
     FittedStretch,
@@ -65,11 +66,12 @@ def fit_by_family(request: FitRequest, axes: FamilyAxes, stretch: Stretch) -> Fi
         np.full((count, free, free), math.nan),
         np.full((count, free, free), math.nan),
         np.full((count, free), math.nan),
+        np.full((count, free), math.nan),
         np.full((count, width), math.nan),
         np.full(count, UNREAD, dtype=np.int8),
     )
     refusals: set[str] = set()
-    wanted, rates = _wanted(request, axes)
+    wanted = _wanted(request, axes)
     engine = _compiled() if request.many else AS_IT_IS
     ranges = depth_ranges(stretch)
     _fit_ranges(request, stretch, (wanted, engine), ranges, fits, refusals)
@@ -86,16 +88,10 @@ def fit_by_family(request: FitRequest, axes: FamilyAxes, stretch: Stretch) -> Fi
         good = np.flatnonzero(again.ended == FITTED)
         some.put(good, again.of(good))
         fits.put(small, some)
-    if rates.shape[1] == 2:
-        back = np.eye(free)
-        back[:2, :2] = np.linalg.inv(rates)
-        with np.errstate(invalid="ignore"):  # curves that were not fitted have no covariances
-            fits = fits._replace(
-                covariances=back @ fits.covariances @ back.T,
-                spectral=back @ fits.spectral @ back.T,
-                unmodelled=back @ fits.unmodelled @ back.T,
-                asides=fits.asides @ back.T,
-            )
+    with np.errstate(invalid="ignore"):  # curves that were not fitted have no covariances
+        fits = fits._replace(
+            covariances=wanted.back @ fits.covariances @ wanted.back.T, asides=fits.asides @ wanted.back.T
+        )
     return FittedStretch(_columns(request, axes, fits, stretch), frozenset(refusals))
 
 
@@ -153,10 +149,12 @@ def _say_slow() -> None:
     _log.warning("numba cannot be imported: fits of maps are about fifty times slower; install numba")
 
 
-def _wanted(request: FitRequest, axes: FamilyAxes) -> tuple[Wanted, FloatArray]:
-    """The free numbers of the search, and the rates of scale and number of the family over the unknowns."""
+def _wanted(request: FitRequest, axes: FamilyAxes) -> Wanted:
+    """The free numbers of the search."""
     rates, number = axes.columns(), axes.number
-    directions = np.zeros((len(request.names), NUMBERS))
+    directions, back = np.zeros((len(request.names), NUMBERS)), np.eye(len(request.names))
+    if rates.shape[1] == 2:
+        back[:2, :2] = np.linalg.inv(rates)
     # both numbers of the family are free, so that one of them may be at its end
     directions[: len(axes.unknowns), :2] = np.eye(2) if rates.shape[1] == 2 else rates.T
     for i, name in enumerate(request.origins, len(axes.unknowns)):
@@ -167,7 +165,8 @@ def _wanted(request: FitRequest, axes: FamilyAxes) -> tuple[Wanted, FloatArray]:
     free = [axes.scale is not None, axes.shape is not None, *(name not in request.known for name in _PLACES)]
     law = request.contact.adhesion
     pulled = law is not None and number is not None and number.name == WORK and theory_of(law).pulls_beyond
-    return Wanted(known, np.array(free), directions, axes.is_tied, law is not None, pulled), rates
+    adhesive, intervals = law is not None, bool(request.uncertainty)
+    return Wanted(known, np.array(free), directions, back, axes.is_tied, adhesive, pulled, intervals)
 
 
 def depth_ranges(stretch: Stretch) -> FloatArray:
@@ -210,6 +209,8 @@ def _columns(request: FitRequest, axes: FamilyAxes, fits: CurveFits, stretch: St
         out[name][:] = value
         with np.errstate(invalid="ignore"):  # an infinite value without an error
             out[f"{name}_error"][:] = error[:, i] * (1.0 if name in plain else np.abs(rates[:, i]))
+        if request.uncertainty:
+            out[f"{name}{WIDTH}"][:] = fits.widths[:, i]
     for name, (low, high) in request.bounded.items():
         outside = (out[name] < low) | (out[name] > high)
         out["ending"][outside & (ended == FITTED)] = AT_END

@@ -15,7 +15,7 @@ from pymdr.problem.measured import Step
 from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.estimating import Estimate, estimated
 from pymdr.solving.fits.families import FamilyAxes
-from pymdr.solving.fits.kernels import Member, member_at, on_machine
+from pymdr.solving.fits.kernels import Member, member_at, on_machine, read
 from pymdr.solving.fits.quick import depth_ranges, table_of
 from pymdr.solving.fits.records import Stretch
 from pymdr.solving.fits.request import Columns, FitRequest, fewest_in_contact
@@ -28,8 +28,10 @@ INDENTATION, FORCE = "indentation", "force"
 _UNITS = {INDENTATION: "m", FORCE: "N"}
 ROUNDS = 20
 _FEWEST = 8
-_NEARLY = 1
-"""Number of samples that may still enter or leave the range."""
+
+
+class FewSamplesError(ProblemError):
+    """Too few samples of a record are within a fit range."""
 
 
 def limits_of(fit_range: Mapping[str, QuantityLike]) -> dict[str, float]:
@@ -93,7 +95,7 @@ def next_samples(seen: Sequence[BoolArray], within: BoolArray) -> BoolArray | No
         if np.array_equal(one, within):
             within = np.logical_and.reduce(seen[i:])
             break
-    return None if np.count_nonzero(within != seen[-1]) <= _NEARLY else within
+    return None if np.array_equal(within, seen[-1]) else within
 
 
 def few_text(limits: Mapping[str, float], within: BoolArray, touches: BoolArray, fewest: int) -> str:
@@ -150,7 +152,7 @@ def _within(search: Search, end: Estimate, limits: Mapping[str, float]) -> list[
             if name in limits:
                 inside &= quantity <= limits[name]
         if text := few_text(limits, inside, model.touches, fewest):
-            raise ProblemError(text)
+            raise FewSamplesError(text)
         kept.append(inside)
     return kept
 
@@ -175,16 +177,18 @@ def samples_within(
 
 def _largest_travel(member: Member, scale: float, softness: float, limits: Mapping[str, float]) -> float:
     """The travel in m from the contact point at which a member of a scale, on a machine of a compliance in m/N, reaches a limit."""
-    span, force = member.deepest - member.fold, np.maximum.accumulate(scale * member.force)
-    roots = np.linspace(0.0, 1.0, force.size)
+    span, rising = member.deepest - member.fold, np.maximum.accumulate(scale * member.force)
+    roots = np.linspace(0.0, 1.0, rising.size)
     depth, most = limits.get(INDENTATION, math.inf), limits.get(FORCE, math.inf)
     root = min(
         math.sqrt((depth - member.fold) / span),
-        float(np.interp(most, force, roots)) if most < force[-1] else math.inf,
+        float(np.interp(most, rising, roots)) if most < rising[-1] else math.inf,
     )
     if root >= 1.0:
         return math.inf
-    return member.fold + span * root**2 + softness * float(np.interp(root, roots, force))
+    # near the fold of an adhesive contact the force decreases first
+    force = scale * float(read(member.force, member.slope, np.array(root))[0])
+    return member.fold + span * root**2 + softness * force
 
 
 def _cut(curve: MeasuredCurve, kept: BoolArray) -> MeasuredCurve:

@@ -24,7 +24,7 @@ from pymdr.solving.fits.unknowns import (
 )
 from pymdr.units import FloatArray, QuantityLike
 
-FITTED, UNSETTLED, NO_CONTACT, UNREAD, AT_END, REFUSED, UNDETERMINED = range(7)
+FITTED, UNSETTLED, NO_CONTACT, UNREAD, AT_END, REFUSED, UNDETERMINED, TOO_FEW = range(8)
 ENDINGS = (
     "fitted",
     "the search did not converge",
@@ -33,6 +33,7 @@ ENDINGS = (
     "the curve does not show an unknown within its bounds",
     "refused",
     "the curve does not determine an unknown: too few samples are in contact, or its error is larger than itself",
+    "too few samples are within the fit range",
 )
 """Meaning of the numbers in ``ending``."""
 NOT_YET = -1
@@ -43,6 +44,8 @@ SEEN = 25.0
 WAVES, OF_LIMIT, PLATEAU = "waves", "of_limit", "plateau"
 SYSTEMATIC, LOW, HIGH = "_systematic", "_low", "_high"
 """Ends of the names of columns: standard errors that all curves share, and 95 % intervals that contain them."""
+WIDTH = "_width"
+"""End of the names of columns that last until the intervals are known: half widths of those by noise, in errors."""
 IN_CONTACT, RESIDUAL, DRIFT = "samples_in_contact", "relative_residual", "baseline_rise"
 _UNITS = {"noise": "N", WAVES: "", "correlated": "", "indentation": "m", OF_LIMIT: "", PLATEAU: ""}
 _UNITS |= {IN_CONTACT: "", RESIDUAL: "", DRIFT: ""}
@@ -150,6 +153,7 @@ def discard_undetermined(request: FitRequest, columns: Columns) -> None:
 
 def empty_columns(request: FitRequest, count: int) -> Columns:
     """Columns of curves before the fit."""
-    columns = {name: np.full(count, math.nan) for name in request.units}
+    widths = [f"{name}{WIDTH}" for name in request.names] if request.uncertainty else []
+    columns = {name: np.full(count, math.nan) for name in (*request.units, *widths)}
     columns["ending"] = np.full(count, NOT_YET, dtype=np.int8)
     return columns

@@ -270,6 +270,11 @@ class Search:
             unknown, origin = _LONG_STEP, 0.1 * _LONG_STEP
         return np.where(np.arange(len(self.names)) < len(self.unknowns), unknown, origin)
 
+    def rates(self, free: FloatArray) -> FloatArray:
+        """Rates of the unknowns and origins over the free numbers."""
+        own = [u.rate(float(v)) for u, v in zip(self.unknowns, self.from_free(free)[0], strict=True)]
+        return np.array([*own, *self.origin_scales])
+
     def named(self, free: FloatArray) -> dict[str, float]:
         """Unknowns and origins by name, in SI units."""
         values, places = self.from_free(free)

@@ -21,7 +21,9 @@ WHITE_PRIOR = 0.2
 """Probability of white noise without data: the 95 % bound by 14 baselines of eight measured files, of which none is white."""
 _ADEQUATE = 0.05
 """Probability of white noise from which on the first grid is fine enough: the likelihood is broad there."""
-_BISECTIONS, _FRACTIONS = 60, 400
+_FRACTIONS = 400
+_OUTSIDE, _STEPS_OF_QUANTILE, _CLOSE = 0.05, 100, 1e-9
+"""Probability outside of an interval, largest number of steps to its end, and the last one, relative."""
 NORMAL_95 = 1.959963984540054
 """Half width of a 95 % interval of a normal distribution in standard deviations."""
 
@@ -60,19 +62,19 @@ class NoiseSpectra(NamedTuple):
 
     def quantile(self, directions: FloatArray) -> FloatArray:
         """
-        Half widths of 95 % intervals in standard deviations, of the first record.
+        Half widths of 95 % intervals in standard deviations, shape (records, numbers).
 
         Parameters
         ----------
-        directions : ndarray, shape (numbers, p)
+        directions : ndarray, shape (records, numbers, p)
             Each number as a combination of the coefficients of the tangents.
         """
-        products = np.einsum("ik,bkl,il->bi", directions, self.bands.tangents[0], directions)
-        variances, weights = self.spectra[0] @ products, self.weights[0]
-        mean = weights @ variances
-        with np.errstate(invalid="ignore"):  # a record without noise
+        products = np.einsum("mik,mbkl,mil->mbi", directions, self.bands.tangents, directions)
+        variances, weights = self.spectra @ products, self.weights[:, :, None]
+        mean = (weights * variances).sum(axis=1, keepdims=True)
+        with np.errstate(invalid="ignore", divide="ignore"):  # a record without noise
             deviations = np.where(mean > 0.0, np.sqrt(variances / mean), 1.0)
-        return np.asarray(_mixture_quantile(weights, deviations) * _student(self.bands))
+        return np.asarray(_mixture_quantile(weights, deviations) * _student(self.bands)[:, None])
 
 
 def noise_spectra(
@@ -250,8 +252,14 @@ def _with_priors(mean: _Mean, priors: FloatArray) -> _Mean:
     white = priors * mean.white / (priors * mean.white + (1.0 - priors) * (1.0 - mean.white))
     part = np.where(mean.white < 1.0, (1.0 - white) / np.maximum(1.0 - mean.white, 1e-300), 0.0)
     own = mean.density - mean.white[:, None] * mean.level
+    weights = (
+        np.column_stack([white, part[:, None] * mean.weights[:, 1:]]) if mean.weights.size else mean.weights
+    )
     return mean._replace(
-        density=white[:, None] * mean.level + part[:, None] * own, slow=part * mean.slow, white=white
+        density=white[:, None] * mean.level + part[:, None] * own,
+        slow=part * mean.slow,
+        white=white,
+        weights=weights,
     )
 
 
@@ -276,8 +284,14 @@ def _averaged(bands: Bands, prior: float, keep: bool, pooled: bool) -> NoiseSpec
         if narrow.size == len(bands.squares):
             mean = fine
         else:
-            for column, other in zip(mean[:5], fine[:5], strict=True):
-                column[narrow] = other
+            if keep:  # the first grid has fewer spectra
+                more = (0, fine.weights.shape[1] - mean.weights.shape[1])
+                weights = np.pad(mean.weights, ((0, 0), more))
+                spectra = np.pad(mean.spectra, ((0, 0), more, (0, 0)), mode="edge")
+                mean = mean._replace(weights=weights, spectra=spectra)
+            for column, other in zip(mean[:7], fine[:7], strict=True):
+                if other.size:
+                    column[narrow] = other
     if pooled:
         mean = _with_priors(mean, white_priors(mean.white))
     density = np.concatenate([mean.density, rest], axis=1)
@@ -321,21 +335,26 @@ def _covariance(bands: Bands, density: FloatArray) -> FloatArray:
     return np.asarray(np.einsum("mb,mbij->mij", density, bands.tangents))
 
 
-def _student(bands: Bands) -> float:
-    """Ratio of the 95 % quantiles of Student's and the normal distribution."""
+def _student(bands: Bands) -> FloatArray:
+    """Ratios of the 95 % quantiles of Student's and the normal distribution."""
     from scipy.special import stdtrit
 
-    freedom = float(bands.modes[: bands.low].sum() - bands.rank[0])
-    return float(stdtrit(max(freedom, 1.0), 0.975)) / NORMAL_95
+    freedom = bands.modes[: bands.low].sum() - bands.rank
+    return np.asarray(stdtrit(np.maximum(freedom, 1.0), 0.975) / NORMAL_95)
 
 
 def _mixture_quantile(weights: FloatArray, deviations: FloatArray) -> FloatArray:
-    """Half widths of 95 % intervals of mixtures of normal distributions, whose deviations are the columns, by bisection."""
+    """Half widths of 95 % intervals of mixtures of normal distributions, shape (records, spectra, numbers), by Newton's method from 0."""
     from scipy.special import ndtr
 
-    low, high = np.zeros(deviations.shape[1]), NORMAL_95 * deviations.max(axis=0)
-    for _ in range(_BISECTIONS):
-        middle = 0.5 * (low + high)
-        outside = 2.0 * weights @ ndtr(-middle / deviations)
-        low, high = np.where(outside > 0.05, middle, low), np.where(outside > 0.05, high, middle)
-    return np.asarray(0.5 * (low + high))
+    half = np.zeros((len(deviations), 1, deviations.shape[2]))
+    for _ in range(_STEPS_OF_QUANTILE):
+        place = half / deviations
+        outside = (2.0 * weights * ndtr(-place)).sum(axis=1, keepdims=True)
+        density = (weights * np.exp(-0.5 * place**2) / deviations).sum(axis=1, keepdims=True)
+        # what is outside falls with a decreasing slope, so that no step is too long
+        step = (outside - _OUTSIDE) / (math.sqrt(2.0 / math.pi) * density)
+        half = half + step
+        if np.all(np.abs(step) <= _CLOSE * half):
+            break
+    return np.asarray(half[:, 0])

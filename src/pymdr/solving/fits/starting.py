@@ -341,7 +341,8 @@ def _placed(
         return None
     grown = factor if scale is None else scale
     own = [v * grown if u.is_of_force else v for u, v in zip(unknowns, values, strict=True)]
-    return Start(float(((force - baseline - factor * model) ** 2).sum()), np.array(own), point, baseline)
+    misfit = float(((force - baseline - factor * model) ** 2).sum())
+    return Start(misfit, np.array(own), point, float(baseline))
 
 
 def _scaled(

@@ -27,7 +27,14 @@ from pymdr.solving.fits.families import WORK, FamilyAxes
 from pymdr.solving.fits.forces import rounded_up
 from pymdr.solving.fits.quality import rise_along_baseline
 from pymdr.solving.fits.quick import fit_by_family
-from pymdr.solving.fits.ranges import ROUNDS, estimated_within, few_text, next_samples, samples_within
+from pymdr.solving.fits.ranges import (
+    ROUNDS,
+    FewSamplesError,
+    estimated_within,
+    few_text,
+    next_samples,
+    samples_within,
+)
 from pymdr.solving.fits.records import Records, Stretch
 from pymdr.solving.fits.request import (
     DRIFT,
@@ -37,10 +44,12 @@ from pymdr.solving.fits.request import (
     PLATEAU,
     REFUSED,
     RESIDUAL,
+    TOO_FEW,
     UNDETERMINED,
     UNREAD,
     UNSETTLED,
     WAVES,
+    WIDTH,
     Columns,
     FitRequest,
     FittedStretch,
@@ -149,7 +158,7 @@ def _fit_family_within(
             within, touches = (mask[whole[i]] for mask in masks)
             if text := few_text(request.limits, within, touches, fewest):
                 refusals.add(text)
-                columns["ending"][i] = REFUSED
+                columns["ending"][i] = TOO_FEW
             elif (new := next_samples([one[i][whole[i]] for one in seen], within)) is not None:
                 kept[i, whole[i]] = new
                 moving.append(i)
@@ -233,12 +242,17 @@ def _fit_one_by_one(
             shares = with_uncertainty(result, request.uncertainty)[1] if request.uncertainty else {}
         except ConvergenceError:
             out["ending"][i] = UNSETTLED
+        except FewSamplesError as error:
+            out["ending"][i] = TOO_FEW
+            refusals.add(str(error))
         except PymdrError as error:
             out["ending"][i] = REFUSED
             refusals.add(str(error))
         else:
             for name in request.names:
                 out[name][i], out[f"{name}_error"][i] = result.values[name].value, result.values[name].error
+                if request.uncertainty:
+                    out[f"{name}{WIDTH}"][i] = result.width[result.search.names.index(name)]
                 for source in request.uncertainty:
                     squares[name][i] += shares[source][name] ** 2
             out["noise"][i], out["correlated"][i] = result.noise, result.correlated

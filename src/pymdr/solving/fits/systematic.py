@@ -10,16 +10,16 @@ import numpy as np
 from pymdr.errors import ProblemError
 from pymdr.solving.fits.calibrations import (
     NO_DEFLECTION,
-    NORMAL_95,
     SENSITIVITY,
     SPRING_CONSTANT,
+    half_width,
     refuse_beyond_limits,
     refuse_unnamed,
     relative_uncertainty,
     with_moved_parameter,
 )
 from pymdr.solving.fits.records import Stretch
-from pymdr.solving.fits.request import FITTED, HIGH, LOW, SYSTEMATIC, Columns, FitRequest
+from pymdr.solving.fits.request import FITTED, HIGH, LOW, SYSTEMATIC, WIDTH, Columns, FitRequest
 from pymdr.solving.fits.unknowns import BASELINE
 from pymdr.units import FloatArray, QuantityLike
 
@@ -68,7 +68,10 @@ def put_intervals(request: FitRequest, columns: Columns, squares: Columns) -> No
     """Write the standard errors by uncertainties, from their squares, and the intervals that contain them."""
     sizes = {u.name for u in request.unknowns if u.is_size}
     for name, square in squares.items():
-        value, half = columns[name], NORMAL_95 * np.sqrt(columns[f"{name}_error"] ** 2 + square)
+        value, half = (
+            columns[name],
+            half_width(columns[f"{name}_error"], columns.pop(f"{name}{WIDTH}"), square),
+        )
         columns[f"{name}{SYSTEMATIC}"][:] = np.sqrt(square)
         if name not in sizes:
             low, high = value - half, value + half

@@ -14,6 +14,7 @@ from pymdr.solving.fits.kernels.model import (
     Member,
     member_at,
     on_machine,
+    read,
 )
 from pymdr.solving.fits.kernels.pulls import point_across_samples
 from pymdr.solving.fits.kernels.starts import Engine
@@ -36,4 +37,5 @@ __all__ = [
     "member_at",
     "on_machine",
     "point_across_samples",
+    "read",
 ]

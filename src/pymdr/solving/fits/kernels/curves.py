@@ -36,7 +36,7 @@ from pymdr.solving.fits.spectrum import noise_spectra
 from pymdr.solving.fits.touching import FULLY_OUT, ROUNDS_OF_JUMPS, BoolArray
 from pymdr.units import FloatArray
 
-_POLISH, _GAIN, _MANY = 100, 1e-3, 8
+_POLISH, _GAIN, _MANY = 100, 1e-6, 8
 """Steps of the last search, its gain relative to the sum of squares times the samples, and samples per start sample."""
 _TOGETHER = 256
 """Number of curves whose tangents are computed together, because of memory."""
@@ -60,9 +60,11 @@ class CurveFits(NamedTuple):
     covariances: FloatArray
     """Inverse of the normal equations of the free numbers."""
     spectral: FloatArray
-    """Covariances of the free numbers by the spectrum of the noise."""
+    """Covariances of the unknowns by the spectrum of the noise."""
     unmodelled: FloatArray
     """Those if the density of the noise is that of the residuals in every band."""
+    widths: FloatArray
+    """Half widths of the 95 % intervals of the unknowns in standard errors; NaN if they are not wanted."""
     asides: FloatArray
     """Standard errors by other ends that fit as well under white noise, with the signs of their common change."""
     residuals: FloatArray
@@ -76,6 +78,7 @@ class CurveFits(NamedTuple):
             self.covariances[rows],
             self.spectral[rows],
             self.unmodelled[rows],
+            self.widths[rows],
             self.asides[rows],
             self.residuals[rows],
             self.ended[rows],
@@ -88,7 +91,8 @@ class CurveFits(NamedTuple):
             some.covariances,
             some.spectral,
         )
-        self.unmodelled[rows], self.asides[rows] = some.unmodelled, some.asides
+        self.unmodelled[rows], self.widths[rows] = some.unmodelled, some.widths
+        self.asides[rows] = some.asides
         self.residuals[rows], self.ended[rows] = some.residuals, some.ended
 
 
@@ -264,7 +268,10 @@ def _put_spectral(
             if not good.any():
                 continue
             basis, coefficients = orthonormal(rates[good])
-            spectra = noise_spectra(left[good], basis, prior=None)
+            coefficients = search.wanted.back @ coefficients
+            spectra = noise_spectra(left[good], basis, prior=None, keep=search.wanted.intervals)
+            if search.wanted.intervals:
+                fits.widths[rows[good]] = spectra.quantile(coefficients)
             fits.spectral[rows[good]] = coefficients @ spectra.covariance @ np.swapaxes(coefficients, 1, 2)
             if bare is not None:
                 fits.unmodelled[rows[good]] = (

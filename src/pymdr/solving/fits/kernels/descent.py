@@ -41,11 +41,15 @@ class Wanted(NamedTuple):
     """Free numbers of the model; scale and number of the family if an unknown moves them independently."""
     directions: FloatArray
     """Directions in the numbers of the model, one row per free number."""
+    back: FloatArray
+    """The free numbers of the unknowns, one in each row, as combinations of those of the search."""
     tied: bool
     """Whether the scale alone moves the number of the family."""
     adhesive: bool
     pulled: bool = False
     """Whether the number of the family is the work of a pull that does not deform the bodies: forces are linear in scale and pull."""
+    intervals: bool = False
+    """Whether the half widths of intervals are computed."""
 
 
 class End(NamedTuple):
