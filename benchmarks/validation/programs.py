@@ -63,6 +63,7 @@ def solvers() -> Iterator[Row]:
     like = mdr.Elastic("1 GPa", 0.3)
     other = mdr.Contact(mdr.Paraboloid("10 mm"), like, like, friction=mdr.Coulomb(0.3))
     yield verified("friction, nu = 0.3", "tangential_force", cells, other, loop, steps=4)
+    yield from _circles(other, cells)
     yield verified("torsion", "torque", "rings, 200", joint, mdr.indent("10 um") >> mdr.twist(1e-3), steps=2)
     metal = mdr.Elastic("210 GPa", 0.0)
     fretted = mdr.Contact(mdr.Paraboloid("10 mm"), metal, metal, friction=mdr.Coulomb(0.5))
@@ -73,6 +74,16 @@ def solvers() -> Iterator[Row]:
         claimed = claim_of(mdr.wear(fretted, path, **given), "worn_volume", slice(None))
         physics = f"wear at constant load, {slip} slip, {cycles:,.0f} cycles"
         yield Row(physics, "worn volume", "rings, 240", result.largest_difference, claimed)
+
+
+def _circles(joint: mdr.Contact, cells: str) -> Iterator[Row]:
+    """Circles in the plane at constant indentation, of radii over the shift at which the body slides as a whole."""
+    moduli = mdr.effective_moduli(joint.body, joint.counterbody)
+    slides = joint.friction.coefficient * moduli.normal / moduli.tangential * 10e-6
+    for part in (0.3, 0.95, 3.0):
+        path = mdr.indent("10 um") >> mdr.circle(shift=part * slides, steps=16)
+        physics = f"circle in the plane, nu = 0.3, radius {part:g} of the shift of first sliding"
+        yield verified(physics, "tangential_force", cells, joint, path, steps=18)
 
 
 def programs() -> Iterator[Row | str]:
