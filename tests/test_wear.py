@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -283,9 +284,67 @@ def test_friction_of_a_worn_contact_to_the_end(at_depth: mdr.solving.wear.Wear) 
 def test_a_worn_profile_that_is_no_disk_is_refused_with_what_serves(
     at_depth: mdr.solving.wear.Wear, wrong: Callable[[mdr.Contact], object], remedy: str
 ) -> None:
-    worn = mdr.Contact(at_depth.worn(20), BODY, BODY, friction=mdr.Coulomb(0.5))
+    image = replace(at_depth.worn(20), spring_radius=None, spring_depth=None)
     with pytest.raises(mdr.RefusedError, match=remedy):
-        wrong(worn)
+        wrong(mdr.Contact(image, BODY, BODY, friction=mdr.Coulomb(0.5)))
+
+
+def test_springs_of_a_ball_are_its_line() -> None:
+    """G = x^2/R between springs, which it is linear in x^2: curves, inverses and surface integrals of the ball."""
+    ball, x = mdr.equivalent_profile(mdr.Paraboloid(1.0)), np.array([1.0, 1.5, 1.5000001, 2.0, 3.0])
+    ring = np.array([1.0, 1.2, 1.4])
+    line = mdr.equivalent_profile(mdr.Worn(mdr.Paraboloid(1.0), ring, 0.0 * ring, x, x**2))
+    inside = np.linspace(0.01, 2.99, 50)
+    for name in ("g", "slope", "moment", "squared", "integral"):
+        assert np.allclose(getattr(line, name)(inside), getattr(ball, name)(inside), rtol=1e-14)
+    assert np.allclose(line.inverse(inside**2), inside, rtol=1e-14)
+    assert np.allclose(line.inverse_moment(ball.moment(inside)), inside, rtol=1e-14)
+    r, end = np.array([0.1, 0.9, 1.2, 1.5, 2.5]), np.array(2.7)
+    assert np.allclose(line.pressure_integral(r, end), 2.0 * np.sqrt(2.7**2 - r**2), rtol=1e-13)
+    for a in (0.5, 1.7):
+        far = np.array([1.9, 2.5, 2.9])
+        rest = (
+            0.5 * far**2 * np.arccos(a / far) + 0.5 * a * np.sqrt(far**2 - a**2) - a**2 * np.arccos(a / far)
+        )
+        assert np.allclose(line.gap_integral(far, np.array(a)), rest, rtol=1e-13)
+        whole = 0.5 * math.pi * a**2 - a**2 * np.arccos(a / far) - 0.5 * far**2 * np.arcsin(a / far)
+        whole += 0.5 * a * np.sqrt(far**2 - a**2)
+        assert np.allclose(line.displacement_integral(far, np.array(a)), whole, rtol=1e-13)
+
+
+@pytest.mark.parametrize("row", [20, 25, -1])
+def test_a_worn_contact_is_solved_by_its_springs_to_the_end(
+    at_depth: mdr.solving.wear.Wear, row: int, tmp_path: Path
+) -> None:
+    """Where the image of the worn depth is no disk, the springs of the study are: every law, at every depth up to that of wear."""
+    profile = at_depth.worn(row)
+    assert profile.spring_radius is not None
+    joint = mdr.Contact(profile, BODY, BODY, friction=mdr.Coulomb(0.5))
+    result = mdr.solve(joint, AT_DEPTH)
+    own = {
+        "normal_force": result["normal_force"][0],
+        "force_amplitude": result["tangential_force"].max(),
+        "stick_radius": result["stick_radius"].min(),
+    }
+    for name, value in own.items():
+        assert float(value) == pytest.approx(float(at_depth[name][row]), rel=1e-6)
+    loop = mdr.friction_loop(joint, "0.2 um", indentation="1 um")
+    assert float(loop["dissipated_per_cycle"][0]) == pytest.approx(
+        float(at_depth["dissipated_per_cycle"][row]), rel=1e-3, abs=1e-12
+    )
+    r, p = (at_depth.surface[name].values[row] for name in ("r", "pressure"))
+    within = r < 0.9 * float(at_depth["stick_radius"][row])
+    # the jump of g at c has a width of 1e-7
+    assert np.allclose(result.field("pressure", r=r[within], step=0), p[within], rtol=1e-6)
+    assert result.plot() is not None
+    result.save(tmp_path / "worn.nc")
+    assert mdr.open_result(tmp_path / "worn.nc").contact.profile == profile
+    halfway = mdr.solve(joint, mdr.indent("0.9 um") >> mdr.twist("10 urad", steps=2))
+    assert halfway["torque"][-1] > 0.0
+    sticky = mdr.Contact(profile, BODY, BODY, adhesion=mdr.JKR("1 uJ/m^2"))
+    assert mdr.solve(sticky, mdr.indent("0.9 um")).claims["contact_radius"].where.all()
+    with pytest.raises(mdr.PathError, match="last radius at which the profile is known"):
+        mdr.solve(joint, mdr.indent("1.1 um"))
 
 
 def test_what_serves_instead_of_a_worn_profile(at_depth: mdr.solving.wear.Wear) -> None:

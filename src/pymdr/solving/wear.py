@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from pymdr.errors import ProblemError
+from pymdr.interpretation.certificate import certify_history
 from pymdr.interpretation.wear import small_amplitude, wear_claims
+from pymdr.line.curves import ElasticLine
 from pymdr.line.foundation import rises_to
 from pymdr.line.wear import History
 from pymdr.machine import one_thread
@@ -45,6 +47,10 @@ if TYPE_CHECKING:
 _ROWS, _DECADES = 31, 5.0
 _FOOT = 0.01
 """Fraction of the largest depth below which the edge of a worn ring is extrapolated from deeper points."""
+_FALLS = 1e-4
+"""Decrease of an equivalent profile, over the indentation, with which no contact is a disk."""
+_INNER = 200
+"""Springs of an earlier wear within the first stick radius."""
 _COUNTED = 100.0
 """Cycles above which the rows are at whole numbers of them."""
 LAWS = ("archard", "energy")
@@ -125,8 +131,25 @@ class Wear(Study):
             before = self.original
             radii = np.union1d(r, before.radius)
             inside = np.interp(radii, r, depth, right=0.0)
-            return Worn(before.original, radii, before.depth_at(radii) + inside)
-        return Worn(self.original, r, depth)
+            total = np.maximum(before.depth_at(radii) + inside, 0.0)
+            total[-1] = 0.0
+            return self._solvable(Worn(before.original, radii, total), row)
+        return self._solvable(Worn(self.original, r, depth), row)
+
+    def _solvable(self, profile: Worn, row: int) -> Worn:
+        """The profile, with its springs where errors of the mesh would decide that its contact is no disk."""
+        x, g = (self.springs[name].values[row] for name in ("x", "equivalent_profile"))
+        if x[0] == 0.0:
+            g = g - g[0]
+        image = equivalent_profile(profile)
+        level = image.g(x[x > profile.radius[0]])
+        falls = np.any(np.maximum.accumulate(level) - level > _FALLS * g[-1])
+        if not falls and certify_history(ElasticLine(image, 1.0), float(g[-1])).disk.all():
+            return profile
+        if profile.original is not self.original and x[0] > 0.0:  # worn before
+            inner = np.linspace(min(profile.radius[0], x[0]), x[0], _INNER, endpoint=False)
+            x, g = np.append(inner, x), np.append(equivalent_profile(self.original).g(inner), g)
+        return replace(profile, spring_radius=x, spring_depth=np.maximum.accumulate(g))
 
     def force_curve(self, row: int = -1) -> ForceCurve:
         """

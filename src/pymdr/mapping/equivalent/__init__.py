@@ -19,6 +19,7 @@ from pymdr.mapping.equivalent.closed import power_factor as power_factor
 from pymdr.mapping.equivalent.panels import PanelLine as PanelLine
 from pymdr.mapping.equivalent.polygon import PolygonLine as PolygonLine
 from pymdr.mapping.equivalent.polygon import polygon_of
+from pymdr.mapping.equivalent.worn import worn_line
 from pymdr.mapping.sources import source_of
 from pymdr.problem.profiles import (
     AreaFunction,
@@ -173,9 +174,15 @@ for _kind in (
     TruncatedParaboloid,
     TruncatedSphere,
     Waviness,
-    Worn,
 ):
     equivalent_profile.register(_kind, _by_panels)
+
+
+@equivalent_profile.register
+def _(profile: Worn, exponent: float = 0.0) -> EquivalentProfile:
+    if profile.spring_radius is None or exponent != 0.0:
+        return _on_panels(profile, exponent)
+    return worn_line(profile, equivalent_profile(profile.original))
 
 
 @equivalent_profile.register

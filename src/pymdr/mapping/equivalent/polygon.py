@@ -17,7 +17,7 @@ from pymdr.units import FloatArray
 
 _STEEP = 1e-12
 """Relative widening in x of an interval of constant stiffness, on which g jumps, so that g has one value."""
-_DEEPER, _WIDER = 1e-9, 1e-6
+DEEPER, WIDER = 1e-9, 1e-6
 """Extension of the line, over the last depth and stiffness, so that the last point lies inside."""
 
 
@@ -47,6 +47,9 @@ class PolygonLine(EquivalentProfile):
 
     @cached_property
     def _segments(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        return self._summed()
+
+    def _summed(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Slopes of the segments; first moment and square integral at the corners."""
         h, rise = np.diff(self.x), np.diff(self.depth)
         x = self.x[:-1]
@@ -171,7 +174,7 @@ def polygon_of(stiffness: Polyline, modulus: float) -> PolygonLine:
     Popov and Hess (2015), chapter 10.
     """
     d, k = stiffness
-    d, k = np.append(d, d[-1] * (1.0 + _DEEPER)), np.append(k, k[-1] * (1.0 + _WIDER))
+    d, k = np.append(d, d[-1] * (1.0 + DEEPER)), np.append(k, k[-1] * (1.0 + WIDER))
     # of a run of constant stiffness, to rounding, its ends
     least = _STEEP * float(np.min(k[k > 0.0]))
     level = np.append(False, np.diff(k) <= np.maximum(_STEEP * k[:-1], least))

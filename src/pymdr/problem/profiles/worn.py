@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import ProblemError
 from pymdr.problem.profiles.base import Profile
-from pymdr.problem.values import ArrayField
+from pymdr.problem.values import ArrayField, OptionalArrayField
 from pymdr.units import FloatArray, metres, shown
 
 if TYPE_CHECKING:
@@ -35,6 +35,9 @@ class Worn(Profile):
         Radii in m, rising strictly, at least 0; at least 3.
     depth : array_like or quantity
         Depth of wear h in m at those radii, of both bodies together, at least 0, and 0 at the last.
+    spring_radius, spring_depth : array_like or quantity, optional
+        Places x and equivalent profile g(x) in m of the springs beyond the original part of the line, both not falling; g is linear in x^2
+        between them. Homogeneous bodies are solved with them, to the indentation of the last spring, instead of with the image of h.
 
     Raises
     ------
@@ -62,6 +65,12 @@ class Worn(Profile):
     original: Profile
     radius: ArrayField = ArrayField("m", description="radii, rising")
     depth: ArrayField = ArrayField("m", description="depth of wear at the radii")
+    spring_radius: OptionalArrayField = OptionalArrayField(
+        "m", description="places of the springs of the line"
+    )
+    spring_depth: OptionalArrayField = OptionalArrayField(
+        "m", description="equivalent profile g of the springs"
+    )
 
     def __post_init__(self) -> None:
         r, h = self.radius, self.depth
@@ -78,6 +87,21 @@ class Worn(Profile):
         if np.any(h < 0.0) or h[-1] != 0.0:
             raise ProblemError(
                 f"Worn.depth: the smallest is {metres(h.min())}, the last {metres(h[-1])}; depths must be at least 0 m, and the last 0 m"
+            )
+
+        self._check_springs()
+
+    def _check_springs(self) -> None:
+        x, g = self.spring_radius, self.spring_depth
+        if x is None and g is None:
+            return
+        if x is None or g is None or x.shape != g.shape or x.size < _FEWEST:
+            raise ProblemError(
+                f"Worn: spring_radius and spring_depth are needed both, with as many values, at least {_FEWEST}"
+            )
+        if not x[0] >= 0.0 or np.any(np.diff(x) < 0.0) or np.any(np.diff(g) < 0.0):
+            raise ProblemError(
+                "Worn: spring_radius, from 0 m or more, and spring_depth must not fall from spring to spring; the springs of a contact that is a disk do not"
             )
 
     @cached_property
