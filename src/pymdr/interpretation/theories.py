@@ -45,10 +45,6 @@ def _no_opening(law: Any, line: Line, a: FloatArray) -> FloatArray:
     return np.zeros(a.shape)
 
 
-def _none(law: Any) -> float | None:
-    return None
-
-
 def _no_pull(law: Any, profile: Profile, line: Line) -> float | None:
     return None
 
@@ -69,7 +65,7 @@ class Theory:
     """Elongation of the edge in m at contact radii in m."""
     columns: Callable[[Any, Line, FloatArray], dict[str, FloatArray]] = _nothing
     """Additional quantities of its equilibria, on a line at parameters."""
-    range: Callable[[Any], float | None] = _none
+    range: Callable[[Any], float | None] = lambda law: None
     """The range of its attraction in m."""
     pull: Callable[[Any, Profile, Line], float | None] = _no_pull
     """An attractive force in N that is not part of its pressure."""

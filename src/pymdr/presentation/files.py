@@ -222,7 +222,7 @@ def _claim_from(name: str, plain: Mapping[str, Any], dataset: xr.Dataset) -> Cla
     # checked before expansion: a damaged length may be astronomical
     if sum(plain["where"]) != dataset.sizes.get("step", 0):
         raise FileError(f"damaged pymdr result: wrong number of steps in the claims of {name}")
-    where = _from_runs(plain["where"])
+    where = np.repeat(np.arange(len(plain["where"])) % 2 == 0, plain["where"])
     error = _error_from(plain.get("error"), where.size, dataset)
     return Claim(Level[plain["level"]], plain["reason"], plain["source"], where, error)
 
@@ -232,11 +232,6 @@ def _runs(where: np.ndarray) -> list[int]:
     changes = np.flatnonzero(np.diff(where.astype(int))) + 1
     lengths = np.diff([0, *changes.tolist(), where.size]).tolist()
     return lengths if where.size == 0 or where[0] else [0, *lengths]
-
-
-def _from_runs(lengths: Sequence[int]) -> np.ndarray:
-    flags = np.arange(len(lengths)) % 2 == 0
-    return np.repeat(flags, lengths)
 
 
 def unpack(dataset: xr.Dataset) -> dict[str, Any]:

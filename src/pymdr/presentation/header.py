@@ -67,13 +67,17 @@ def c_header(data: HeaderData) -> str:
         If the name is not a C identifier.
     """
     name = identifier(data.name)
-    prefix = name.upper()
+    prefix, constants, usage, body = name.upper(), data.constants, [], _body(data)
+    if data.history is not None:
+        constants = {**constants, **data.history.constants}
+        usage = [data.history.usage.replace("@@", prefix).replace("@", name)]
+        body = f"{body}\n{data.history.body}"
     parts = [
-        _comment([*data.remarks, *_usage(name, data.tip is not None), *_usage_of(data.history, name)]),
+        _comment([*data.remarks, *_usage(name, data.tip is not None), *usage]),
         f"#ifndef {prefix}_H\n#define {prefix}_H\n\n#include <math.h>\n#include <stddef.h>\n",
         "\n".join(
             f"#define {prefix}_{key} ({value!r})" + (f" /* {unit} */" if unit else "")
-            for key, (value, unit) in {**data.constants, **_constants_of(data.history)}.items()
+            for key, (value, unit) in constants.items()
         ),
         f"#define {prefix}_KNOTS {data.columns['u'].size}\n",
         *(
@@ -81,22 +85,10 @@ def c_header(data: HeaderData) -> str:
             for key, values in data.columns.items()
             if _power_law(data) is None
         ),
-        (_body(data) + _history(data.history)).replace("@@", prefix).replace("@", name),
+        body.replace("@@", prefix).replace("@", name),
         "#endif\n",
     ]
     return "\n".join(parts)
-
-
-def _constants_of(history: HistoryInC | None) -> Mapping[str, tuple[float, str]]:
-    return {} if history is None else history.constants
-
-
-def _usage_of(history: HistoryInC | None, name: str) -> list[str]:
-    return [] if history is None else [history.usage.replace("@@", name.upper()).replace("@", name)]
-
-
-def _history(history: HistoryInC | None) -> str:
-    return "" if history is None else f"\n{history.body}"
 
 
 def _usage(name: str, from_tip: bool) -> list[str]:

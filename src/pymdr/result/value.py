@@ -829,11 +829,11 @@ class Result:
         50
         """
         depth, force = (self[name].values for name in ("indentation", "normal_force"))
-        errors = (self._error_with_band(name) for name in ("indentation", "normal_force"))
+        errors = (
+            error_with_band(known_error(self.claims[name]), self[name].values, self.bands.get(name))
+            for name in ("indentation", "normal_force")
+        )
         return pressed_curve(self.contact, depth, force, *errors)
-
-    def _error_with_band(self, name: str) -> FloatArray:
-        return error_with_band(known_error(self.claims[name]), self.data[name].values, self.bands.get(name))
 
     def _saved_contact(self) -> Contact:
         radius = max(self._largest("contact_radius"), self._largest("cohesive_radius"))

@@ -204,7 +204,9 @@ def read_prepared_curves(
             failure = error
     if not ready:
         raise ProblemError(f"{os.fspath(file)}: no record can be fitted: {failure}")
-    turned = sum(_is_turned(one) for one in ready)
+    turned = sum(
+        any(step.name == "signs" and step.numbers.get("force") == -1.0 for step in one.steps) for one in ready
+    )
     if 0 < turned < len(ready):
         _log.warning(
             "%s: the forces of %d of %d records changed sign and the others did not, so some records may show no contact; "
@@ -222,11 +224,6 @@ def read_prepared_curves(
             failure,
         )
     return tuple(ready)
-
-
-def _is_turned(curve: MeasuredCurve) -> bool:
-    """Whether the sign of the force of a curve was changed."""
-    return any(step.name == "signs" and step.numbers.get("force") == -1.0 for step in curve.steps)
 
 
 def is_table(file: str | os.PathLike[str]) -> bool:

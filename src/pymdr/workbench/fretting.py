@@ -173,7 +173,7 @@ def fretting_log(
     if worn_volume is not None:
         attrs["wear_coefficient"] = _rate(worn_volume, columns["dissipated_per_cycle"], cycles)
     number = measured["cycle"].values
-    drawn = _evenly(number.size, _DRAWN)
+    drawn = np.unique(np.linspace(0, number.size - 1, min(number.size, _DRAWN)).round().astype(int))
     return FrettingLog(
         data=over_rows("cycle", number, columns, FrettingLog.columns | _NOT_SHOWN, attrs),
         contact=contact,
@@ -202,11 +202,6 @@ def _columns(
         "tangential_stiffness": _stiffnesses(shift, force, spans, progress),
         "energy_ratio": ratio,
     }
-
-
-def _evenly(count: int, most: int) -> np.ndarray:
-    """At most so many indices of `count`, evenly from the first to the last."""
-    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
 
 
 def _read(

@@ -55,10 +55,8 @@ def draw_curve(axes: draw.Axes, data: draw.FigureData, name: str) -> None:
     few = "o" if d.size <= draw.MARKED_ROWS else None
 
     if name in data.bands:
-        low, high = data.bands[name]
-        axes.fill_between(
-            x, scaled(low), scaled(high), color=draw.BLUE, alpha=0.15, lw=0, label="band of the scatter"
-        )
+        low, high = (scaled(end) for end in data.bands[name])
+        axes.fill_between(x, low, high, color=draw.BLUE, alpha=0.15, lw=0, label="band of the scatter")
     if is_force and bound is not None and not np.isfinite(drawn).all():
         label = "rigorous lower bound" + ("" if np.isfinite(drawn).any() else ":\nnot a disk contact")
         axes.plot(x, scaled(bound), color=draw.ORANGE, ls="--", lw=1.2, marker=few, ms=2.5, label=label)

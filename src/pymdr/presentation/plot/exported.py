@@ -78,9 +78,8 @@ def _draw_errors(axes: draw.Axes, checks: xr.Dataset, tolerance: float, pull_off
     x = draw.scaled(d, "indentation", unit)
     for name, (colour, symbol) in _DRAWN.items():
         errors = checks[name].values
-        axes.plot(
-            x, np.where(errors > 0.0, errors, np.nan), ".", ms=2.0, color=colour, label=f"of ${symbol}$"
-        )
+        y = np.where(errors > 0.0, errors, np.nan)
+        axes.plot(x, y, ".", ms=2.0, color=colour, label=f"of ${symbol}$")
     axes.axhline(tolerance, color=draw.GREY, lw=0.8, ls="--", label="tolerance")
     axes.set(xscale="log", yscale="log", ylabel="relative difference from solve")
     axes.set_xlabel(

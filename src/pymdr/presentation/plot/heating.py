@@ -76,9 +76,8 @@ def frictional_heat_study(data: xr.Dataset, surface: xr.Dataset) -> draw.Figure:
             ("mean_temperature_rise", "mean over the contact", draw.ORANGE),
         ):
             if name in ordered:
-                left.plot(
-                    from_si(v, "m/s", unit), ordered[name].values, color=colour, marker=few, ms=3, label=label
-                )
+                x = from_si(v, "m/s", unit)
+                left.plot(x, ordered[name].values, color=colour, marker=few, ms=3, label=label)
         left.set(xlabel=f"speed $v$ ({unit})", ylabel="temperature rise (K)")
         left.set_ylim(bottom=0.0)
         draw.legend_above(left)

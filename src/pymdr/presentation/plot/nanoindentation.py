@@ -34,9 +34,8 @@ def indent_study(drawn: Drawn, data: xr.Dataset) -> draw.Figure:
         left, right = figure.subplots(1, 2)
         for i, (depth, force, fitted) in enumerate(drawn):
             x = np.asarray(from_si(depth, "m", depth_unit))
-            left.plot(
-                x, from_si(force, "N", force_unit), ".", color=draw.GREY, ms=3, label="" if i else "unloading"
-            )
+            y = from_si(force, "N", force_unit)
+            left.plot(x, y, ".", color=draw.GREY, ms=3, label="" if i else "unloading")
             for name, values in fitted.items():
                 label = "" if i else name.replace("_", " ")
                 left.plot(x, from_si(values, "N", force_unit), color=_COLOURS[name], lw=1.0, label=label)
@@ -116,9 +115,8 @@ def drift_study(holds: Sequence[tuple[FloatArray, FloatArray, FloatArray]], data
         left.set(xlabel="time in the hold (s)", ylabel=f"change of the depth ({unit})")
         rate, low, high = (data[f"rate{end}"].values * 1e9 for end in ("", "_low", "_high"))
         bars = [rate - low, high - rate]
-        right.errorbar(
-            data["indent"].values, rate, yerr=bars, fmt="o", color=draw.BLUE, ms=3, capsize=2, label="hold"
-        )
+        x = data["indent"].values
+        right.errorbar(x, rate, yerr=bars, fmt="o", color=draw.BLUE, ms=3, capsize=2, label="hold")
         _indents_on(right, data)
         right.axhline(0.0, color=draw.LIGHT, lw=1.0)
         right.set_ylabel("rate with 95 % interval (nm/s)")

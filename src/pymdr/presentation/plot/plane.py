@@ -76,9 +76,8 @@ def compared_plane(table: xr.Dataset, tractions: xr.Dataset, curves: xr.Dataset)
         for axis, colour in (("x", draw.BLUE), ("y", draw.GREEN)):
             name = f"grid_{axis}"
             points = from_si(tractions[name].values, "Pa", t_unit)
-            right.plot(
-                from_si(tractions["r"].values, "m", r_unit), points, "o", ms=5, mfc="none", color=colour
-            )
+            x = from_si(tractions["r"].values, "m", r_unit)
+            right.plot(x, points, "o", ms=5, mfc="none", color=colour)
             fine = from_si(curves[f"shear_traction_{axis}"].values, "Pa", t_unit)
             label = f"along {axis}, MDR"
             right.plot(from_si(curves["r"].values, "m", r_unit), fine, color=colour, lw=1.2, label=label)
@@ -99,16 +98,12 @@ def _draw_path(axes: draw.Axes, data: draw.FigureData, name: str) -> None:
     axes.plot(*draw.thinned_curve(x, y), color=draw.GREY, lw=1.2)
     axes.plot(x[:1], y[:1], "o", color=draw.GREEN, ms=5, label="first row")
     if data.row >= 0:
-        axes.plot(
-            x[[data.row]], y[[data.row]], "o", color=draw.BLUE, ms=6, label=draw.row_name(data, data.row)
-        )
+        label = draw.row_name(data, data.row)
+        axes.plot(x[[data.row]], y[[data.row]], "o", color=draw.BLUE, ms=6, label=label)
         if name == "tangential_force" and data.friction is not None and math.isfinite(data.friction):
             most = data.friction * float(data.data["normal_force"].values[data.row])
-            angle = np.linspace(0.0, 2.0 * np.pi, 200)
-            most = float(from_si(most, "N", unit))
-            axes.plot(
-                most * np.cos(angle), most * np.sin(angle), "--", color=draw.GREY, lw=0.9, label=r"$\mu F_N$"
-            )
+            circle = _circle(float(from_si(most, "N", unit)))
+            axes.plot(*circle, "--", color=draw.GREY, lw=0.9, label=r"$\mu F_N$")
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel(draw.with_unit(quantity(f"{name}_x").label, unit))
     axes.set_ylabel(draw.with_unit(quantity(f"{name}_y").label, unit))

@@ -110,9 +110,8 @@ def sliding_study(data: xr.Dataset) -> draw.Figure:
                 along = data.attrs[name] * (speed if name.endswith("over_speed") else 1.0 / speed)
                 left.loglog(v, along, color=colour, lw=1.2, ls="--", label=label)
         if "fast_limit" in ordered and "fast_limit_times_speed" not in data.attrs:
-            left.loglog(
-                v, ordered["fast_limit"].values, color=draw.GREEN, lw=1.2, ls="--", label="fast limit"
-            )
+            y = ordered["fast_limit"].values
+            left.loglog(v, y, color=draw.GREEN, lw=1.2, ls="--", label="fast limit")
         # outside its range a limit is far off
         left.set_ylim(0.3 * float(friction.min()), 4.0 * float(friction.max()))
         left.set_ylabel("coefficient of friction $F_x/F_N$")

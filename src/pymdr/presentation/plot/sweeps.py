@@ -101,9 +101,8 @@ def _draw_over(axes: draw.Axes, data: xr.Dataset, largest: FloatArray, parameter
     rest = largest.reshape(first.size, -1)
     names = _names(data, parameters[1:])
     for i in draw.thinned(np.arange(float(rest.shape[1])), _CURVES):
-        axes.plot(
-            x, rest[:, i], "o-", ms=3.5, lw=1.0, label=names[i] if 1 < rest.shape[1] <= _NAMED else None
-        )
+        label = names[i] if 1 < rest.shape[1] <= _NAMED else None
+        axes.plot(x, rest[:, i], "o-", ms=3.5, lw=1.0, label=label)
     draw.legend_above(axes)
 
 

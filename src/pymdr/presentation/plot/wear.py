@@ -144,9 +144,8 @@ def fretting_log(loops: list[tuple[float, np.ndarray, np.ndarray]], data: xr.Dat
         for (cycle, u, f), colour in zip(
             loops, colormaps["viridis"](np.linspace(0.0, 0.85, len(loops))), strict=True
         ):
-            log.plot(
-                draw.lengths(u, unit), np.full(u.size, cycle), from_si(f, "N", force), color=colour, lw=1.0
-            )
+            x = draw.lengths(u, unit)
+            log.plot(x, np.full(u.size, cycle), from_si(f, "N", force), color=colour, lw=1.0)
         log.set_xlabel(f"shift ({unit})", labelpad=12.0)
         log.set_ylabel("cycle", labelpad=16.0)
         log.set_zlabel(f"force ({force})")

@@ -130,6 +130,7 @@ def _fitted(
     """Fit what the files hold: records that share the parameters, a folder of records, or a map."""
     from pymdr.errors import ProblemError
     from pymdr.solving.fits import fit as fit_curves
+    from pymdr.workbench.folders import is_zarr
 
     origins = {name: settings[name] for name in ("contact_point", "shift_origin", "baseline")}
     ranges = {"indentation": settings["max_indentation"], "force": settings["max_force"]}
@@ -139,7 +140,7 @@ def _fitted(
         "uncertainty": uncertainty or None,
     }
     reading = {**calibration, "leave_out_missing": settings["leave_out_missing"]}
-    is_folder = _is_folder(files)
+    is_folder = len(files) == 1 and files[0].is_dir() and not is_zarr(files[0])
     if settings["groups"] is not None and not is_folder:
         raise ProblemError("--groups is for a folder of curves; give the folder in place of the files")
     if is_folder:
@@ -175,13 +176,6 @@ def _fitted(
         raise ProblemError("--shift-origin needs a case with friction; use --contact-point for force curves")
     chosen = {**origins, **options, "workers": workers, "progress": stage("fitting")}
     return _map(contact, curves, free, chosen, output)
-
-
-def _is_folder(files: Sequence[Path]) -> bool:
-    """Whether the only argument is a folder of records, not a Zarr store."""
-    from pymdr.workbench.folders import is_zarr
-
-    return len(files) == 1 and files[0].is_dir() and not is_zarr(files[0])
 
 
 def _each(
