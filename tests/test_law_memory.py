@@ -142,7 +142,6 @@ def test_the_table_is_the_sudden_indentation():
 @pytest.mark.parametrize(
     ("contact", "options", "words"),
     [
-        ({"friction": mdr.Coulomb(0.3)}, {"tangential": True}, "friction of bodies with memory is not in headers"),
         ({}, {"springs": 4}, "from 8 to 4096"),
         ({"adhesion": mdr.MaugisDugdale(0.1, range="1 um")}, {}, "with adhesion is not in headers"),
         ({"body": mdr.Viscoelastic(mdr.PowerLawRheology("1 MPa", "1 s", 0.2), 0.5)}, {}, "no sum of exponentials"),

@@ -124,14 +124,9 @@ def test_steps_under_a_cohesive_zone_are_those_of_solve():
         stepper = stepper.copy()
         stepper.advance(d, duration=t)
         rows.append([getattr(stepper, name) for name in names])
-    leg_by_leg = [mdr.indent(d, duration=t) for d, t in zip(depth.tolist(), lasting.tolist(), strict=True)]
-    path = leg_by_leg[0]
-    for leg in leg_by_leg[1:]:
-        path = path >> leg
-    for each in (mdr.Path(time=np.cumsum(lasting), indentation=depth), path):
-        result = mdr.solve(STICKY, each)
-        for name, column in zip(names, np.transpose(rows), strict=True):
-            assert column.tolist() == result[name].values.tolist()
+    result = mdr.solve(STICKY, mdr.Path(time=np.cumsum(lasting), indentation=depth))
+    for name, column in zip(names, np.transpose(rows), strict=True):
+        assert column.tolist() == result[name].values.tolist()
     assert np.sum(np.transpose(rows)[-1]) == 3.0
 
 

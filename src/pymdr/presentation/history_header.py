@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from pymdr.presentation.memory_header import MemoryInC
 from pymdr.presentation.resting_header import RestingInC
+from pymdr.presentation.sheared_header import ShearedInC
 
 CAPACITY = 64
 """Vertices of a stack, the first of which is the tip."""
@@ -109,7 +110,7 @@ class SpringsInC:
         return _SPRINGS.replace("COUNT_", str(len(self.touches))).replace("TOUCHES_", rows)
 
 
-HistoryInC = StackInC | SpringsInC | TouchInC | RestingInC | MemoryInC
+HistoryInC = ShearedInC | StackInC | SpringsInC | TouchInC | RestingInC | MemoryInC
 
 _SPRINGS = """\
 #define @@_SPRINGS COUNT_

@@ -8,6 +8,15 @@ import numpy as np
 
 from pymdr.units import FloatArray
 
+_ADVANCE = """\
+static inline int @_advance(@_state *s, double d, double duration)
+{
+    double turned[@@_SPRINGS];
+    return @_press_(s, d, duration, turned);
+}
+
+"""
+
 
 @dataclass(frozen=True, eq=False)
 class MemoryInC:
@@ -27,6 +36,10 @@ class MemoryInC:
     """(k, m + 1): from the branches and the deflection to the modes."""
     to_branches: FloatArray
     """(m, k): back to the branches."""
+    room: int = 0
+    """Least number of stresses for which each spring has room."""
+    advance: str = _ADVANCE
+    """The step, unless another header moves the springs."""
 
     @property
     def constants(self) -> dict[str, tuple[float, str]]:
@@ -51,6 +64,20 @@ class MemoryInC:
     @property
     def body(self) -> str:
         """Type and functions, with @ for the name and @@ for the name in capitals."""
+        text = _MEMORY.replace("SPRING_FUNCTIONS", SPRING).replace("ADVANCE", self.advance)
+        text = text.replace("ROWS_OF_SPRINGS", rows_of(self.springs.T)).replace("TABLES_", TABLES)
+        tables = self.tables
+        sizes = {
+            "SPRINGS_": self.springs.shape[1],
+            "SIZE_": max(self.room, *(len(table) for table in tables[:2])),
+        }
+        for word, size in sizes.items():
+            text = text.replace(word, str(size))
+        return filled(text, tables)
+
+    @property
+    def tables(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Branches, modes, and the ways to and from the modes as they are in C."""
         branches = np.stack([*self.branches, 1.0 / self.branches[0]], axis=1)
         to_modes, to_branches, modes = self.to_modes, self.to_branches, self.modes.T
         if not branches.size:  # C has no arrays of nothing: a branch that bears nothing
@@ -59,35 +86,23 @@ class MemoryInC:
         if not modes.size:
             modes = np.zeros((1, 2))
             to_modes, to_branches = np.zeros((1, to_modes.shape[1])), np.zeros((branches.shape[0], 1))
-        text = _MEMORY
-        for word, table in (
-            ("ROWS_OF_SPRINGS", self.springs.T),
-            ("ROWS_OF_BRANCHES", branches),
-            ("ROWS_OF_MODES", modes),
-            ("ROWS_TO_MODES", to_modes),
-            ("ROWS_TO_BRANCHES", to_branches),
-        ):
-            text = text.replace(word, _rows(table))
-        sizes = {"SPRINGS_": self.springs.shape[1], "BRANCHES_": branches.shape[0], "MODES_": modes.shape[0]}
-        for word, size in (sizes | {"SIZE_": max(branches.shape[0], modes.shape[0])}).items():
-            text = text.replace(word, str(size))
-        return text
+        return branches, modes, to_modes, to_branches
 
 
-def _rows(table: FloatArray) -> str:
+def filled(text: str, tables: tuple[FloatArray, ...]) -> str:
+    """A text with the rows and sizes of the tables of a relaxation."""
+    for word, table in zip(_TABLES_IN_C, tables, strict=True):
+        text = text.replace(word, rows_of(table))
+    return text.replace("BRANCHES_", str(tables[0].shape[0])).replace("MODES_", str(tables[1].shape[0]))
+
+
+def rows_of(table: FloatArray) -> str:
+    """The rows of a table in C."""
     return ",\n".join("    {" + ", ".join(repr(float(value)) for value in row) + "}" for row in table)
 
 
-_MEMORY = """\
-#define @@_SPRINGS SPRINGS_
-#define @@_BRANCHES BRANCHES_
-#define @@_MODES MODES_
-#define @@_SIZE SIZE_
-
-/* Of a spring: the indentation at which it touches; its stiffness, and that of the contact at it and at its outer end, in m per modulus. */
-static const double @_springs_[@@_SPRINGS][4] = {
-ROWS_OF_SPRINGS
-};
+_TABLES_IN_C = "ROWS_OF_BRANCHES", "ROWS_OF_MODES", "ROWS_TO_MODES", "ROWS_TO_BRANCHES"
+TABLES = """\
 /* Of a branch: modulus in Pa, relaxation time in s, and 1/modulus. */
 static const double @_branches_[@@_BRANCHES][3] = {
 ROWS_OF_BRANCHES
@@ -103,7 +118,92 @@ static const double @_to_branches_[@@_BRANCHES][@@_MODES] = {
 ROWS_TO_BRANCHES
 };
 
-/* A spring in contact has the deflection w = d - d0 and the stresses h of its branches. It parts where its force would pull; a free one has
+"""
+"""Tables of a relaxation."""
+SPRING = """\
+/* Convert the branches of a spring without force to modes. */
+static inline void @_release_(@_spring *s)
+{
+    double m[@@_SIZE] = {0.0}, glassy = @@_EQUILIBRIUM_MODULUS, borne = @@_EQUILIBRIUM_MODULUS * s->deflection;
+    int j, k;
+    if (@@_VISCOSITY == 0.0) { /* the force left by rounding */
+        for (j = 0; j < @@_BRANCHES; ++j) {
+            borne += s->h[j];
+            glassy += @_branches_[j][0];
+        }
+        for (j = 0; j < @@_BRANCHES; ++j)
+            s->h[j] -= @_branches_[j][0] * borne / glassy;
+        s->deflection -= borne / glassy;
+    }
+    s->rest = s->deflection;
+    for (k = 0; k < @@_MODES; ++k) {
+        m[k] = @_to_modes_[k][@@_BRANCHES] * s->deflection;
+        for (j = 0; j < @@_BRANCHES; ++j)
+            m[k] += @_to_modes_[k][j] * s->h[j];
+        s->rest -= @_modes_[k][1] * m[k];
+    }
+    if (@@_EQUILIBRIUM_MODULUS != 0.0)
+        s->rest = 0.0;
+    for (j = 0; j < @@_SIZE; ++j)
+        s->h[j] = m[j];
+    s->touches = 0.0;
+}
+
+/* Convert the modes of a spring that is touched again to branches. */
+static inline void @_touch_(@_spring *s)
+{
+    double h[@@_SIZE] = {0.0};
+    int j, k;
+    for (j = 0; j < @@_BRANCHES; ++j)
+        for (k = 0; k < @@_MODES; ++k)
+            h[j] += @_to_branches_[j][k] * s->h[k];
+    for (j = 0; j < @@_SIZE; ++j)
+        s->h[j] = h[j];
+    s->touches = 1.0;
+}
+
+/* Move a spring in contact straight by dw; returns the energy lost, without that of a dashpot. */
+static inline double @_strain_(@_spring *s, double dw, const double moments[][6])
+{
+    double lost = 0.0;
+    int j;
+    for (j = 0; j < @@_BRANCHES; ++j) {
+        const double *m = moments[j], e = @_branches_[j][0] * dw, h = s->h[j];
+        lost += (m[3] * h * h + e * (2.0 * m[4] * h + m[5] * e)) * @_branches_[j][2];
+        s->h[j] = m[0] * h + m[1] * e;
+    }
+    s->deflection += dw;
+    return lost;
+}
+
+/* Let a free spring creep; returns the energy lost. */
+static inline double @_creep_(@_spring *s, double duration)
+{
+    double lost = 0.0;
+    int k;
+    s->deflection = s->rest;
+    for (k = 0; k < @@_MODES; ++k) {
+        const double x = @_modes_[k][0] * duration;
+        lost -= 0.5 * expm1(-2.0 * x) * s->h[k] * s->h[k];
+        s->h[k] *= exp(-x);
+        s->deflection += @_modes_[k][1] * s->h[k];
+    }
+    return lost;
+}
+
+"""
+"""Functions of one spring."""
+_MEMORY = """\
+#define @@_SPRINGS SPRINGS_
+#define @@_BRANCHES BRANCHES_
+#define @@_MODES MODES_
+#define @@_SIZE SIZE_
+
+/* Of a spring: the indentation at which it touches; its stiffness, and that of the contact at it and at its outer end, in m per modulus. */
+static const double @_springs_[@@_SPRINGS][4] = {
+ROWS_OF_SPRINGS
+};
+TABLES_/* A spring in contact has the deflection w = d - d0 and the stresses h of its branches. It parts where its force would pull; a free one has
  * the amplitudes h of the modes in which it creeps back, and is touched again where the indentation overtakes it. */
 typedef struct {
     double deflection; /* m */
@@ -273,48 +373,7 @@ static inline double @_crossing_(const @_sum_ *f, double begin)
     return 2.0;
 }
 
-/* Convert the branches of a spring without force to modes. */
-static inline void @_release_(@_spring *s)
-{
-    double m[@@_SIZE] = {0.0}, glassy = @@_EQUILIBRIUM_MODULUS, borne = @@_EQUILIBRIUM_MODULUS * s->deflection;
-    int j, k;
-    if (@@_VISCOSITY == 0.0) { /* the force left by rounding */
-        for (j = 0; j < @@_BRANCHES; ++j) {
-            borne += s->h[j];
-            glassy += @_branches_[j][0];
-        }
-        for (j = 0; j < @@_BRANCHES; ++j)
-            s->h[j] -= @_branches_[j][0] * borne / glassy;
-        s->deflection -= borne / glassy;
-    }
-    s->rest = s->deflection;
-    for (k = 0; k < @@_MODES; ++k) {
-        m[k] = @_to_modes_[k][@@_BRANCHES] * s->deflection;
-        for (j = 0; j < @@_BRANCHES; ++j)
-            m[k] += @_to_modes_[k][j] * s->h[j];
-        s->rest -= @_modes_[k][1] * m[k];
-    }
-    if (@@_EQUILIBRIUM_MODULUS != 0.0)
-        s->rest = 0.0;
-    for (j = 0; j < @@_SIZE; ++j)
-        s->h[j] = m[j];
-    s->touches = 0.0;
-}
-
-/* Convert the modes of a spring that is touched again to branches. */
-static inline void @_touch_(@_spring *s)
-{
-    double h[@@_SIZE] = {0.0};
-    int j, k;
-    for (j = 0; j < @@_BRANCHES; ++j)
-        for (k = 0; k < @@_MODES; ++k)
-            h[j] += @_to_branches_[j][k] * s->h[k];
-    for (j = 0; j < @@_SIZE; ++j)
-        s->h[j] = h[j];
-    s->touches = 1.0;
-}
-
-/* Fraction of the rest of a step at which a spring changes sides. */
+SPRING_FUNCTIONS/* Fraction of the rest of a step at which a spring changes sides. */
 static inline double @_turn_(const @_move_ *move, const @_spring *s, double done, double level, double begin)
 {
     const double left = 1.0 - done, change = move->change * left, duration = move->duration * left;
@@ -342,37 +401,8 @@ static inline double @_turn_(const @_move_ *move, const @_spring *s, double done
     return @_crossing_(&f, begin);
 }
 
-/* Move a spring in contact straight by dw; returns the energy lost, without that of a dashpot. */
-static inline double @_strain_(@_spring *s, double dw, const double moments[][6])
-{
-    double lost = 0.0;
-    int j;
-    for (j = 0; j < @@_BRANCHES; ++j) {
-        const double *m = moments[j], e = @_branches_[j][0] * dw, h = s->h[j];
-        lost += (m[3] * h * h + e * (2.0 * m[4] * h + m[5] * e)) * @_branches_[j][2];
-        s->h[j] = m[0] * h + m[1] * e;
-    }
-    s->deflection += dw;
-    return lost;
-}
-
-/* Let a free spring creep; returns the energy lost. */
-static inline double @_creep_(@_spring *s, double duration)
-{
-    double lost = 0.0;
-    int k;
-    s->deflection = s->rest;
-    for (k = 0; k < @@_MODES; ++k) {
-        const double x = @_modes_[k][0] * duration;
-        lost -= 0.5 * expm1(-2.0 * x) * s->h[k] * s->h[k];
-        s->h[k] *= exp(-x);
-        s->deflection += @_modes_[k][1] * s->h[k];
-    }
-    return lost;
-}
-
-/* Move a spring that touches at y and may change sides; returns the energy lost. */
-static inline double @_follow_(const @_move_ *move, @_spring *s, double y)
+/* Move a spring that touches at y and may change sides, last after a share `turned` of the step; returns the energy lost. */
+static inline double @_follow_(const @_move_ *move, @_spring *s, double y, double *turned)
 {
     const double shortest = 1.0 / 1099511627776.0;
     double done = 0.0, lost = 0.0, begin = 0.0;
@@ -413,6 +443,7 @@ static inline double @_follow_(const @_move_ *move, @_spring *s, double y)
     }
     if (s->touches != 0.0)
         s->deflection = move->start + move->change - y;
+    *turned = done;
     return lost;
 }
 
@@ -496,7 +527,8 @@ static inline double @_up_to_edge_(double edge, double drag, int last, double q_
     return 0.5 * (q_border + q_last) * (centre - border) + 0.5 * (q_last + q_edge) * (k_edge - centre) - q_last * at[1];
 }
 
-static inline int @_advance(@_state *s, double d, double duration)
+/* As @_advance; the shares of the step at which springs changed sides are written to `turned`. */
+static inline int @_press_(@_state *s, double d, double duration, double turned[@@_SPRINGS])
 {
     const double before = s->indentation, top = before > d ? before : d;
     const int sudden = @@_VISCOSITY > 0.0 && duration == 0.0;
@@ -519,7 +551,7 @@ static inline int @_advance(@_state *s, double d, double duration)
         const double y = @_springs_[i][0], share = @_springs_[i][1];
         double lost, stored = 0.0;
         if (!@_stays_(&move, spring, y)) {
-            lost = @_follow_(&move, spring, y);
+            lost = @_follow_(&move, spring, y, &turned[i]);
         } else if (spring->touches == 0.0) {
             lost = @_creep_(spring, duration);
         } else {
@@ -553,7 +585,7 @@ static inline int @_advance(@_state *s, double d, double duration)
     return 0;
 }
 
-/* Contact radius in m after a step. */
+ADVANCE/* Contact radius in m after a step. */
 static inline double @_contact_radius(const @_state *s)
 {
     return @_radius(s->edge < @@_LARGEST_INDENTATION ? s->edge : @@_LARGEST_INDENTATION);

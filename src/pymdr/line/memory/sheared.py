@@ -42,7 +42,7 @@ class ShearedContacts(WithoutAdhesion, Moved):
         from pymdr.line.memory import kernels as steps
         from pymdr.line.memory import tangential_kernels as kernels
 
-        self.normal, self._relaxation, self._division = normal, relaxation, division
+        self.normal, self.relaxation, self.division = normal, relaxation, division
         self._at = kernels
         springs, modes, state = normal.springs, modes_of(relaxation), unsheared()
         size = springs.position.size
@@ -89,7 +89,7 @@ class ShearedContacts(WithoutAdhesion, Moved):
         for array in (springs, row):
             array[BEFORE] = array[NOW]
         here, normal = float(row[NOW, at.SHIFT]), 0.0
-        for share, passage in self.normal.step_in_parts(i, depth, duration, self._division):
+        for share, passage in self.normal.step_in_parts(i, depth, duration, self.division):
             rows = np.zeros((share.size, row.shape[1]))
             for scratch in self._scratch:
                 scratch[:] = springs[NOW]
@@ -147,9 +147,9 @@ class ShearedContacts(WithoutAdhesion, Moved):
     def tangential_stiffness(self) -> FloatArray:
         """Stiffness of a sudden step in N/m of the springs that stick, of the moduli that have not relaxed; inf where a dashpot resists."""
         per_modulus = self.normal.curve.stiffness(self.stick_radius)
-        if self._relaxation.viscosity > 0.0:
+        if self.relaxation.viscosity > 0.0:
             return np.where(per_modulus > 0.0, math.inf, 0.0)
-        return np.asarray(self._relaxation.glassy * per_modulus)
+        return np.asarray(self.relaxation.glassy * per_modulus)
 
     @property
     def elastic_energy(self) -> FloatArray:

@@ -78,7 +78,7 @@ class ZoneContacts(WithoutShift, Moved):
         for array, now in zip(self.springs.state, remembered, strict=True):
             array[...] = now
         begin = float(row[_KEPT.index("indentation")])
-        after = self.springs.follow(np.array([0.0, duration]), np.array([begin, depth]), math.inf)
+        after = self.springs.follow(np.array([0.0, duration]), np.array([begin, depth]), math.inf, True)
         after["jump_dissipation"] += row[_KEPT.index("jump_dissipation")]
         touched = (row[_KEPT.index("touched")] > 0.0) | (after["cohesive_radius"] > 0.0)
         columns = after | {"indentation": np.array([depth]), "touched": touched}

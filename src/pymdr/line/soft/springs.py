@@ -197,7 +197,7 @@ class ZoneSprings:
         return ZoneLine(unit * a, unit * c, unit * d, unit * inside, unit * lag, unit * outside, unit * creep)
 
     def follow(
-        self, time: FloatArray, control: FloatArray, machine_stiffness: float
+        self, time: FloatArray, control: FloatArray, machine_stiffness: float, onward: bool = False
     ) -> dict[str, FloatArray]:
         """Follow a leg and return its rows in SI units.
 
@@ -207,6 +207,8 @@ class ZoneSprings:
             Times [s] and D = d + F/k [m], for k = 0 the force [N]; the first entries are those before the leg.
         machine_stiffness : float
             k [N/m]; inf prescribes the indentation, 0 the force.
+        onward : bool
+            Whether the rows are further ones of the leg before: steps then go on as in one leg.
 
         Raises
         ------
@@ -219,10 +221,9 @@ class ZoneSprings:
         load = self._firm * self._unit**2
         softness = 0.0 if math.isinf(machine_stiffness) else load / self._unit / (machine_stiffness or 1.0)
         trial, now = self._zone.end, self._zone.now
-        alpha, beta = (0.0, 1.0) if by_force else (1.0, softness)
-        if (trial[kernels.ALPHA], trial[kernels.BETA]) != (alpha, beta):
-            # under the same control the steps go on as in one leg
-            trial[kernels.ALPHA], trial[kernels.BETA], trial[kernels.RISE] = alpha, beta, 0.0
+        trial[kernels.ALPHA], trial[kernels.BETA] = (0.0, 1.0) if by_force else (1.0, softness)
+        if not onward:
+            trial[kernels.RISE] = 0.0
             self._pace[:] = 0.0
         if now[kernels.OUTER] == 0.0 and not by_force:
             now[kernels.DEPTH] = control[0] / self._unit

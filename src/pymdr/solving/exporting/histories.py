@@ -9,27 +9,33 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pymdr.errors import ProblemError
-from pymdr.interpretation.validity import Claim
+from pymdr.interpretation.validity import Claim, approximated
 from pymdr.line.following import layout as at
-from pymdr.line.memory import RelaxingContacts
+from pymdr.line.memory import RelaxingContacts, ShearedContacts
 from pymdr.line.memory.modes import modes_of
 from pymdr.mapping.moduli import effective_moduli
+from pymdr.mapping.relaxation import Relaxation
 from pymdr.numerics.panels import nodes, to_coefficients
 from pymdr.numerics.table import FIRST_TERM, KEY, START, WIDTH
 from pymdr.presentation.history_header import HistoryInC, SpringsInC, StackInC, TouchInC
 from pymdr.presentation.memory_header import MemoryInC
 from pymdr.presentation.resting_header import CurveInC, RestingInC
+from pymdr.presentation.sheared_header import ShearedInC
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import JKR
 from pymdr.problem.materials import Elastic, Rigid
 from pymdr.solving.exporting.sources import Fold, Form
 from pymdr.solving.moving import moving_of, resting_of
 from pymdr.solving.pulloff import PullOff
+from pymdr.solving.springs_error import errors_of_parts
 from pymdr.solving.stepping import check_springs, claims_of_steps, plane_body
 from pymdr.units import FloatArray
 
 SPRINGS = 100
 """Springs of bodies with memory, unless their number is given."""
+PARTS = 16
+"""Equal parts of a step with memory and friction."""
+_SHEARED = ("tangential_force", "stored_tangential_energy")
 _WITH_MEMORY = ("normal_force", "contact_radius", "elastic_energy", "dissipated_energy")
 
 
@@ -61,12 +67,7 @@ def remembered(contact: Contact, deepest: float, tangential: bool, springs: int 
         If the contact has no memory of this kind.
     """
     if contact.is_viscoelastic:
-        if tangential:
-            raise ProblemError(
-                "export_law: tangential=True: friction of bodies with memory is not in headers; leave it out for the normal force, or use "
-                "Stepper"
-            )
-        return _relaxing(contact, deepest, SPRINGS if springs is None else springs)
+        return _relaxing(contact, deepest, SPRINGS if springs is None else springs, tangential)
     if springs is not None and not tangential:
         raise ProblemError(
             "export_law: springs are those of bodies with memory or of friction in the plane; give tangential=True too"
@@ -84,13 +85,19 @@ def touch_of(form: Form, pull_off: PullOff | None) -> TouchInC | None:
     return TouchInC(form.jump_in_loss, pull_off.dissipated_energy)
 
 
-def _friction_of(contact: Contact, deepest: float, springs: int | None) -> StackInC | SpringsInC:
-    """The constants of friction along a line, or in the plane."""
+def _coefficient(contact: Contact) -> float:
+    """The coefficient of friction, finite and above 0."""
     friction = None if contact.friction is None else contact.friction.coefficient
     if friction is None or not 0.0 < friction < math.inf:
         raise ProblemError(
             "export_law: tangential=True: a finite coefficient of friction above 0 is needed; give Contact(..., friction=Coulomb(0.3))"
         )
+    return friction
+
+
+def _friction_of(contact: Contact, deepest: float, springs: int | None) -> StackInC | SpringsInC:
+    """The constants of friction along a line, or in the plane."""
+    friction = _coefficient(contact)
     moduli = effective_moduli(contact.body, contact.counterbody)
     if springs is not None:
         labels, (per_force, per_shift) = plane_body(contact, deepest, springs)
@@ -98,33 +105,56 @@ def _friction_of(contact: Contact, deepest: float, springs: int | None) -> Stack
     return StackInC(friction, moduli.tangential / moduli.normal)
 
 
-def _relaxing(contact: Contact, deepest: float, springs: int) -> Remembered:
+def _relaxing(contact: Contact, deepest: float, springs: int, tangential: bool) -> Remembered:
     """Springs with memory, and the contact of elastic bodies of the moduli that have not relaxed."""
     check_springs(springs, "export_law")
     alone = replace(contact, friction=None)
-    moved, path = moving_of(alone, deepest, 1, springs)
-    assert isinstance(moved, RelaxingContacts)
-    relaxation = moved.relaxation
+    friction = _coefficient(contact) if tangential else 0.0
+    own = contact if tangential else alone
+    moved, path = moving_of(own, deepest, 1, springs)
+    normal = moved.normal if isinstance(moved, ShearedContacts) else moved
+    assert isinstance(normal, RelaxingContacts)
+    relaxation, rows = normal.relaxation, normal.springs
     glassy = relaxation.equilibrium + float(relaxation.moduli.sum())
-    modes, rows = modes_of(relaxation), moved.springs
-    history = MemoryInC(
-        relaxation.equilibrium,
-        relaxation.viscosity,
-        np.stack([rows.height, rows.stiffness, rows.centre, rows.outer]),
-        np.stack([relaxation.moduli, relaxation.times]),
-        np.stack([modes.rates, modes.reach]),
-        modes.to_modes,
-        modes.to_branches,
-    )
-    claims = claims_of_steps(alone, path, deepest, springs, moved)
+    table = np.stack([rows.height, rows.stiffness, rows.centre, rows.outer])
+    pressed = _springs_in_c(relaxation, table)
+    history: HistoryInC = pressed
+    names: tuple[str, ...] = _WITH_MEMORY
+    claims = claims_of_steps(own, path, deepest, springs, moved)
+    if isinstance(moved, ShearedContacts):
+        if relaxation.viscosity > 0.0:
+            raise ProblemError(
+                "export_law: tangential=True: a parallel dashpot with friction is not in headers; give a rheology that has a sudden modulus, or "
+                "use Stepper"
+            )
+        history = ShearedInC(pressed, _springs_in_c(moved.relaxation, table), friction, PARTS)
+        names = (*names, *_SHEARED)
+        missed = errors_of_parts(own, deepest, PARTS)
+        for name in (*_SHEARED, "dissipated_energy"):
+            remark = f"; {PARTS} parts of a step change it by up to {missed[name]:.1e} of its largest value"
+            claims |= approximated({name: claims[name]}, remark, missed[name])
     # E* = 2 G/(1 - nu) = E/(1 - nu^2)
     at_once = replace(alone, body=Elastic(0.75 * glassy, 0.5), counterbody=Rigid())
     return Remembered(
         at_once,
         history,
-        {name: claims[name] for name in _WITH_MEMORY if name in claims},
+        {name: claims[name] for name in names if name in claims},
         f"the table is a sudden indentation of bodies at rest, of the modulus E* = {glassy:.6g} Pa that has not relaxed; the header "
         f"follows {rows.position.size} springs with memory",
+    )
+
+
+def _springs_in_c(relaxation: Relaxation, rows: FloatArray) -> MemoryInC:
+    """Springs of one relaxation."""
+    modes = modes_of(relaxation)
+    return MemoryInC(
+        relaxation.equilibrium,
+        relaxation.viscosity,
+        rows,
+        np.stack([relaxation.moduli, relaxation.times]),
+        np.stack([modes.rates, modes.reach]),
+        modes.to_modes,
+        modes.to_branches,
     )
 
 

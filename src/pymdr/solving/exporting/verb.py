@@ -74,7 +74,8 @@ def export_law(
         error of the force is then relative to its size plus the largest pull, and with JKR that of the stiffness relative to its
         size plus the stiffness at the fixed radius of the pull-off.
     tangential : bool
-        Whether the C header also has friction along a line, with its memory: :class:`Coulomb` friction of a finite coefficient above 0.
+        Whether the C header also has friction along a line, with its memory: :class:`Coulomb` friction of a finite coefficient above 0. Bodies with
+        memory need a rheology without a parallel dashpot; each step has 16 equal parts, whose error is in the claims.
     springs : int, optional
         Number of springs, 8 to 4096: with `tangential` for friction in the plane instead of along a line; of bodies with memory, 100
         by default, each of which keeps its deflection and the forces of its relaxation times in the C header.
