@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 import pymdr as mdr
+from pymdr.errors import ProblemError
 
 BODY = mdr.Viscoelastic(mdr.StandardSolid("10 kPa", "30 kPa", "1 s"), poisson=0.5)
 WORK, BALL = "50 mJ/m^2", mdr.Paraboloid("1 mm")
@@ -123,7 +124,11 @@ def main(words=None):
     rows = []
     for i in range(given.count):
         begin = time.perf_counter()
-        rows.append(one_fit(trial, clean, rates, np.random.default_rng([given.seed, i])))
+        try:
+            rows.append(one_fit(trial, clean, rates, np.random.default_rng([given.seed, i])))
+        except ProblemError as error:
+            print(f"{i}: refused: {error}", flush=True)
+            continue
         numbers, linear = (" ".join(f"{x:+.2f}" for x in part) for part in rows[-1][:2])
         passed = time.perf_counter() - begin
         print(f"{i}: {passed:.1f} s, off by {numbers} errors, linear estimate {linear}", flush=True)
