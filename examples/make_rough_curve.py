@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 import pymdr as mdr
-from pymdr.independent.sliding.solvers import solve_pressure, solve_tractions
+from pymdr.independent.sliding.following import solve_pressure, solve_tractions
 from pymdr.independent.sliding.surface import make_surface
 
 cells, mu = 24, 0.4

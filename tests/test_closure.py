@@ -14,7 +14,7 @@ import pymdr as mdr
 from common import STEEL
 from drawing import examples
 from pymdr.independent.sliding import HalfSpaceGrid, solve_sliding
-from pymdr.independent.sliding.solvers import solve_pressure, solve_tractions
+from pymdr.independent.sliding.following import solve_pressure, solve_tractions
 from pymdr.independent.sliding.surface import make_surface
 from pymdr.interpretation.closure import OF_THE_CURVE, regrown
 from pymdr.mapping.closure import closure_of

@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 import pymdr as mdr
 from drawing import examples
 from pymdr.errors import FileError, PymdrError
-from pymdr.solving.kept import KeptParts
 from pymdr.solving.reopening import result_from_dataset
+from pymdr.solving.workers import KeptParts
 from pymdr.workbench.casefile import read_case, read_rough_case
 from pymdr.workbench.cli.starting import kinds_starting
 from pymdr.workbench.inputs import printable

@@ -12,7 +12,7 @@ import pymdr as mdr
 from pymdr.independent.rings import solve_indentation
 from pymdr.independent.stacks import stack_of
 from pymdr.line.layered import LayeredLine, equation, lower_bound, tables
-from pymdr.line.layered import bound as bound_module
+from pymdr.line.layered import line as bound_module
 from pymdr.line.layered.equation import Outline, solve_contact
 from pymdr.line.layered.tiles import product, solve_positive
 from pymdr.mapping.equivalent import equivalent_profile

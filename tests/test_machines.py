@@ -17,8 +17,8 @@ from legibility import faults
 from pymdr.line.motion import follow_motion
 from pymdr.problem.codec import machine_adapter
 from pymdr.solving.machines.assembling import map_contact, system_of
-from pymdr.solving.machines.interpreting import residual_of
 from pymdr.solving.machines.value import ENERGIES
+from pymdr.solving.machines.verb import residual_of
 
 STEEL = mdr.Elastic("210 GPa", 0.3)
 BALL = mdr.Contact(mdr.Paraboloid("10 mm"), STEEL)

@@ -158,7 +158,7 @@ def test_folders_of_another_version_are_refused(tmp_path, monkeypatch):
     swept = {"body.young": ["1 kPa", "2 kPa"]}
     mdr.fit_map(BALL, curves, ["body.young"], folder=tmp_path / "fits")
     mdr.sweep(BALL, mdr.indent("1 um"), swept, folder=tmp_path / "parts")
-    for module in ("pymdr.solving.kept", "pymdr.solving.fits.storing"):
+    for module in ("pymdr.solving.workers", "pymdr.solving.fits.storing"):
         monkeypatch.setattr(f"{module}.__version__", "999")
     with pytest.raises(FileError, match="the version of pymdr"):
         mdr.fit_map(BALL, curves, ["body.young"], folder=tmp_path / "fits")

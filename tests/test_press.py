@@ -22,9 +22,9 @@ from pymdr.errors import (
     ProblemError,
 )
 from pymdr.independent.engines import Pressing, engine_names, find_engine
-from pymdr.independent.engines import finding as engines_of
+from pymdr.independent.engines import protocol as engines_of
 from pymdr.independent.engines.solutions import by_force, refuse_unsolved
-from pymdr.independent.sliding.solvers import solve_pressure
+from pymdr.independent.sliding.following import solve_pressure
 from pymdr.independent.sliding.surface import make_surface
 from pymdr.presentation.files import read_dataset, write_dataset
 from pymdr.solving.press import bytes_of

@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import dblquad
 
 from pymdr.errors import ConvergenceError, PathError, ProblemError
-from pymdr.independent.sliding import HalfSpaceGrid, influence, solve_sliding, solvers
+from pymdr.independent.sliding import HalfSpaceGrid, following, influence, solve_sliding
 from pymdr.line.friction import cattaneo_mindlin, follow_displacements, power_law_curves
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.materials import Elastic, Rigid
@@ -226,7 +226,7 @@ def test_punch_cone_and_loss_of_contact():
 
 
 def test_unreached_tolerance_is_an_error(monkeypatch):
-    monkeypatch.setattr(solvers, "_ITERATIONS", 3)
+    monkeypatch.setattr(following, "_ITERATIONS", 3)
     with pytest.raises(ConvergenceError, match="did not converge: relative residual"):
         solve_sliding(BALL, Elastic(1.0, 0.3), Rigid(), MU, [DEPTH], [0.0])
 

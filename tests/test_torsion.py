@@ -18,8 +18,7 @@ from pymdr.independent.torsion import follow_torsion
 from pymdr.line.curves import ElasticLine
 from pymdr.line.torsion.constant import tabulated_limit, turn_at_constant_depth, twist_at_torque
 from pymdr.line.torsion.limits import TwistedLine
-from pymdr.line.torsion.moves import TwistState, slip_work, turn
-from pymdr.line.torsion.segments import Segment, displacement_of, traction_of
+from pymdr.line.torsion.moves import Segment, TwistState, displacement_of, slip_work, traction_of, turn
 from pymdr.mapping.moduli import effective_moduli
 
 STEEL = mdr.Elastic("210 GPa", 0.3)

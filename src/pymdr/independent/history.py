@@ -144,7 +144,8 @@ def solve_steps(
     """
     gap = gap_of(profile)
     marks = () if isinstance(profile, Sampled) else profile.breakpoints
-    lowest = _lowest_gap(profile, gap)
+    f = gap(_radii(profile))
+    lowest = min(0.0, float(np.nanmin(f)))
     solutions: list[RingSolution | None] = []
     for target in targets.tolist():
         if (by_force and target <= 0.0) or (not by_force and target <= lowest):
@@ -173,11 +174,6 @@ def _radii(profile: Profile) -> FloatArray:
     if math.isfinite(limit):
         return limit * np.concatenate([np.geomspace(1e-9, 1e-2, 60), np.linspace(0.01, 1.0, 400)])
     return _DECADES
-
-
-def _lowest_gap(profile: Profile, gap: Callable[[FloatArray], FloatArray]) -> float:
-    f = gap(_radii(profile))
-    return min(0.0, float(np.nanmin(f)))
 
 
 def _max_depth(

@@ -118,10 +118,6 @@ def moved(
         In m, from 0.
     steps : int
         Of the program between two rows.
-
-    Returns
-    -------
-    Moved
     """
     height = -np.diff(depth, prepend=0.0) / (steps * _STEP)
     along = np.diff(shift, prepend=0.0) / (steps * _STEP)
@@ -154,10 +150,6 @@ def collided(
         In s.
     steps : int
         Of the time.
-
-    Returns
-    -------
-    Rebound
     """
     every = max(1, steps // 400)
     lines = [

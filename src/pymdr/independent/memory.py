@@ -294,32 +294,20 @@ def _followed(
     """Follow one row in `count` steps."""
     duration = float(time[1] - time[0]) / count
     for value in np.linspace(target[0], target[1], count + 1)[1:].tolist():
-        state = _step(relaxation, mesh, corners, state, duration, value, by_force)
+        moduli, stiff, branches, free = step_of(relaxation, state, duration)
+        gap = mesh.gap + product(mesh.matrix, free)
+        if by_force and value <= 0.0:
+            settled = RingState(mesh, np.zeros(free.size), touch(mesh, gap), 0.0, ())
+        else:
+            depth, force = (None, value / stiff) if by_force else (value, None)
+            problem = RingProblem(np.zeros_like, depth, force, corners, free.size, 1.0)
+            settled = active_set(problem, mesh._replace(gap=gap), state.zones)
+        strain = free + settled.pressure
+        branches = branches + moduli[:, None] * (strain - state.strain)
+        state = Strained(
+            strain, branches, stiff * settled.pressure, settled.depth, settled.zones, settled.stiffness
+        )
     return state
-
-
-def _step(
-    relaxation: Relaxation,
-    mesh: RingMesh,
-    corners: tuple[float, ...],
-    state: Strained,
-    duration: float,
-    target: float,
-    by_force: bool,
-) -> Strained:
-    moduli, stiff, branches, free = step_of(relaxation, state, duration)
-    gap = mesh.gap + product(mesh.matrix, free)
-    if by_force and target <= 0.0:
-        settled = RingState(mesh, np.zeros(free.size), touch(mesh, gap), 0.0, ())
-    else:
-        depth, force = (None, target / stiff) if by_force else (target, None)
-        problem = RingProblem(np.zeros_like, depth, force, corners, free.size, 1.0)
-        settled = active_set(problem, mesh._replace(gap=gap), state.zones)
-    strain = free + settled.pressure
-    branches = branches + moduli[:, None] * (strain - state.strain)
-    return Strained(
-        strain, branches, stiff * settled.pressure, settled.depth, settled.zones, settled.stiffness
-    )
 
 
 def step_of(relaxation: Relaxation, state: Strained, duration: float) -> tuple[Array, float, Array, Array]:

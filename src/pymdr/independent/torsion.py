@@ -32,6 +32,24 @@ class TorsionRows:
     """Whether a ring slips in the row, shape (rows, n)."""
 
 
+def over_rings(
+    kernel: Callable[[FloatArray | float, FloatArray], FloatArray], edges: FloatArray
+) -> FloatArray:
+    """Integrals over rings of a kernel with a logarithm at s = r, at the middles r of all rings, shape (n, n)."""
+    r = (edges[1:] + edges[:-1]) / 2.0
+    half = (_NODES + 1.0) / 2.0
+    low, width = edges[:-1, None], np.diff(edges)[:, None]
+    s, weights = low + width * half, width * _WEIGHTS / 2.0
+    matrix = np.array([np.sum(kernel(x, s) * weights, axis=1) for x in r])
+    # the ring of the point itself: a logarithm at s = r
+    own = np.zeros(r.size)
+    for end, sense in ((edges[1:] - r, 1.0), (r - edges[:-1], -1.0)):
+        near = r[:, None] + sense * end[:, None] * half**2
+        own += np.sum(kernel(r[:, None], near) * half * end[:, None] * _WEIGHTS, axis=1)
+    matrix[np.diag_indices(r.size)] = own
+    return matrix
+
+
 def torsion_matrix(edges: FloatArray) -> FloatArray:
     """
     Circumferential displacement in m at the middles of rings by unit traction on each, for G = 1 Pa.
@@ -59,17 +77,7 @@ def torsion_matrix(edges: FloatArray) -> FloatArray:
     >>> bool(abs(torque / (16 / 3) - 1) < 6e-3)
     True
     """
-    r = (edges[1:] + edges[:-1]) / 2.0
-    half = (_NODES + 1.0) / 2.0
-    low, width = edges[:-1, None], np.diff(edges)[:, None]
-    s, weights = low + width * half, width * _WEIGHTS / 2.0
-    matrix = np.array([np.sum(_kernel(x, s) * weights, axis=1) for x in r])
-    # the ring of the point itself: a logarithm at s = r
-    for end, sense in ((edges[1:] - r, 1.0), (r - edges[:-1], -1.0)):
-        near = r[:, None] + sense * end[:, None] * half**2
-        own = np.sum(_kernel(r[:, None], near) * 2.0 * half * end[:, None] * _WEIGHTS / 2.0, axis=1)
-        matrix[np.diag_indices(r.size)] = own + (np.diag(matrix) if sense < 0.0 else 0.0)
-    return matrix
+    return over_rings(_kernel, edges)
 
 
 def _kernel(r: FloatArray | float, s: FloatArray) -> FloatArray:
@@ -107,10 +115,6 @@ def follow_torsion(
     parts : int
         Parts of every row in which the indentation changes. Where the twist changes too, parts also end where a ring comes into contact:
         it is moved by the rest of the row only.
-
-    Returns
-    -------
-    TorsionRows
 
     Raises
     ------

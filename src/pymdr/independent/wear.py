@@ -10,9 +10,9 @@ import numpy as np
 from scipy.special import ellipkm1
 
 from pymdr.errors import ConvergenceError
+from pymdr.independent.torsion import over_rings
 from pymdr.units import FloatArray
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 _TURNS = 200
 _SETTLED = 1e-9
 _RELAXED, _RELAXATIONS = 0.5, (0.1, 1.0)
@@ -65,18 +65,7 @@ def ring_matrix(edges: FloatArray) -> FloatArray:
     >>> bool(abs(force / 2.0 - 1) < 6e-3)
     True
     """
-    r = (edges[1:] + edges[:-1]) / 2.0
-    half = (_NODES + 1.0) / 2.0
-    low, width = edges[:-1, None], np.diff(edges)[:, None]
-    s, weights = low + width * half, width * _WEIGHTS / 2.0
-    matrix = np.array([np.sum(_kernel(x, s) * weights, axis=1) for x in r])
-    # the ring of the point itself: a logarithm at s = r
-    own = np.zeros(r.size)
-    for end, sense in ((edges[1:] - r, 1.0), (r - edges[:-1], -1.0)):
-        near = r[:, None] + sense * end[:, None] * half**2
-        own += np.sum(_kernel(r[:, None], near) * half * end[:, None] * _WEIGHTS, axis=1)
-    matrix[np.diag_indices(r.size)] = own
-    return matrix
+    return over_rings(_kernel, edges)
 
 
 def _kernel(r: FloatArray | float, s: FloatArray) -> FloatArray:
@@ -114,10 +103,6 @@ def wear_by_rings(
         Ends of blocks.
     progress : callable, optional
         Called with the number of finished blocks and all of them.
-
-    Returns
-    -------
-    WornRings
 
     Raises
     ------

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from pymdr.errors import QuantityError
 from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.validity import SOURCES, Claim, Level, approximated
-from pymdr.mapping.conductivity import Carrier, conductivity_of, is_carried
+from pymdr.mapping.moduli import Carrier, conductivity_of, is_carried
 from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Material
 from pymdr.problem.profiles import ForceCurve

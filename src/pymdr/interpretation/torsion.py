@@ -15,8 +15,15 @@ from pymdr.interpretation.stress import LineLoad, Loads, Punches
 from pymdr.interpretation.surface import Surface
 from pymdr.interpretation.validity import NORMAL_FIELDS, SOURCES, BoolArray, Claim, Level
 from pymdr.line.torsion.limits import TwistedLine
-from pymdr.line.torsion.moves import TwistState
-from pymdr.line.torsion.segments import Segment, displacement_of, load_of, load_slope, steps_of, traction_of
+from pymdr.line.torsion.moves import (
+    Segment,
+    TwistState,
+    displacement_of,
+    load_of,
+    load_slope,
+    steps_of,
+    traction_of,
+)
 from pymdr.mapping.moduli import surface_compliances
 from pymdr.problem.contact import Contact
 from pymdr.units import FloatArray

@@ -48,7 +48,11 @@ class DiskStates:
 def disk_states(line: Curve, indentation: FloatArray, contact_radius: Position) -> DiskStates:
     """States from known indentations and contact radii in m."""
     place = as_place(contact_radius)
-    return DiskStates(indentation, place, _edge_excess(line, place.x, indentation))
+    excess = np.zeros(np.shape(place.x))
+    at_edge = (place.x == line.edge) & np.isfinite(place.x)
+    if at_edge.any():
+        excess[at_edge] = np.maximum(indentation[at_edge] - line.depth(place.x[at_edge]), 0.0)
+    return DiskStates(indentation, place, excess)
 
 
 def states_at_depth(line: Curve, indentation: ArrayLike) -> DiskStates:
@@ -118,14 +122,6 @@ def _touching_within(line: Curve, depth: float) -> float:
 
 def _turning_points(line: Curve, top: float) -> tuple[float, ...]:
     return line.turning_points(top) if top > 0.0 else ()
-
-
-def _edge_excess(line: Curve, a: FloatArray, d: FloatArray) -> FloatArray:
-    excess = np.zeros(np.shape(a))
-    at_edge = (a == line.edge) & np.isfinite(a)
-    if at_edge.any():
-        excess[at_edge] = np.maximum(d[at_edge] - line.depth(a[at_edge]), 0.0)
-    return excess
 
 
 def _best_disk(line: Curve, d: FloatArray, turning: tuple[float, ...], top: float) -> Place:

@@ -20,11 +20,7 @@ from numpy.polynomial import chebyshev
 
 from pymdr.errors import ConvergenceError
 from pymdr.line.curves import Curve
-from pymdr.line.foundation import (
-    elastic_energy,
-    normal_force,
-    states_at_depth,
-)
+from pymdr.line.foundation import elastic_energy, normal_force, states_at_depth
 from pymdr.numerics.quadrature import gauss
 from pymdr.units import FloatArray
 
@@ -82,10 +78,6 @@ def elastic_potential(line: Curve, deepest: float) -> Potential:
     line : Curve
     deepest : float
         Up to which depth in m knots are needed.
-
-    Returns
-    -------
-    Potential
 
     Examples
     --------

@@ -18,14 +18,6 @@ def springs_of(contact: Contact) -> ElasticLine:
     """
     The independent springs that represent two half-spaces.
 
-    Parameters
-    ----------
-    contact : Contact
-
-    Returns
-    -------
-    ElasticLine
-
     Raises
     ------
     ProblemError
@@ -45,14 +37,6 @@ def springs_of(contact: Contact) -> ElasticLine:
 def line_of(contact: Contact) -> Line:
     """
     The line of two bodies of any kind.
-
-    Parameters
-    ----------
-    contact : Contact
-
-    Returns
-    -------
-    ElasticLine or LayeredLine
 
     Examples
     --------

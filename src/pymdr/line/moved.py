@@ -147,51 +147,79 @@ class Moved(ABC):
         return other
 
 
+class _Zeros:
+    """A quantity that contacts do not have: 0."""
+
+    def __get__(self, contacts: Moved, owner: type) -> FloatArray:
+        return np.zeros(contacts.count)
+
+
 class WithoutShift:
     """Quantities of contacts that carry no tangential force."""
 
-    arrays: tuple[np.ndarray, ...]
-
-    @property
-    def shift(self) -> FloatArray:
-        """In m."""
-        return np.zeros(self.arrays[0].shape[0])
-
-    @property
-    def tangential_force(self) -> FloatArray:
-        """In N."""
-        return np.zeros(self.arrays[0].shape[0])
-
-    @property
-    def stick_radius(self) -> FloatArray:
-        """In m."""
-        return np.zeros(self.arrays[0].shape[0])
-
-    @property
-    def tangential_stiffness(self) -> FloatArray:
-        """In N/m."""
-        return np.zeros(self.arrays[0].shape[0])
-
-    @property
-    def stored_tangential_energy(self) -> FloatArray:
-        """In J."""
-        return np.zeros(self.arrays[0].shape[0])
+    shift = tangential_force = stick_radius = _Zeros()
+    tangential_stiffness = stored_tangential_energy = _Zeros()
 
 
 class WithoutAdhesion:
     """Quantities of contacts without adhesion, which do not jump."""
 
     arrays: tuple[np.ndarray, ...]
-
-    @property
-    def surface_energy(self) -> FloatArray:
-        """Surface energy in J."""
-        return np.zeros(self.arrays[0].shape[0])
+    surface_energy = _Zeros()
 
     @property
     def jumped(self) -> BoolArray:
         """Whether the last step jumped."""
         return np.zeros(self.arrays[0].shape[0], dtype=bool)
+
+
+class OnNormal(WithoutAdhesion, Moved):
+    """Contacts with a tangential part, which remember `_own` arrays besides those of the same contacts without friction."""
+
+    normal: Moved
+    """The same contacts without friction."""
+    _own: tuple[np.ndarray, np.ndarray]
+
+    @property
+    def arrays(self) -> tuple[np.ndarray, ...]:
+        """All that the contacts remember."""
+        return (*self._own, *self.normal.arrays)
+
+    @arrays.setter
+    def arrays(self, arrays: tuple[np.ndarray, ...]) -> None:
+        one, other, *normal = arrays
+        self._own, self.normal.arrays = (one, other), tuple(normal)
+
+    def copied(self) -> Self:
+        """The same contacts, which move on their own."""
+        other = super().copied()
+        other.normal = self.normal.copied()
+        return other
+
+    @property
+    def indentation(self) -> FloatArray:
+        """Indentations in m."""
+        return self.normal.indentation
+
+    @property
+    def normal_force(self) -> FloatArray:
+        """F_N in N."""
+        return self.normal.normal_force
+
+    @property
+    def contact_radius(self) -> FloatArray:
+        """In m; 0 without contact."""
+        return self.normal.contact_radius
+
+    @property
+    def normal_stiffness(self) -> FloatArray:
+        """Tangent stiffness in N/m."""
+        return self.normal.normal_stiffness
+
+    @property
+    def elastic_energy(self) -> FloatArray:
+        """Energy in J stored by the indentation."""
+        return self.normal.elastic_energy
 
 
 def durations_of(count: int, duration: Any) -> list[float]:

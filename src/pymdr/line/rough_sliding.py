@@ -90,10 +90,6 @@ def stationary(
     speed : float
         In m/s.
 
-    Returns
-    -------
-    Stationary
-
     Raises
     ------
     ConvergenceError

@@ -49,11 +49,6 @@ def _marks(breakpoints: Sequence[float], low: FloatArray, high: FloatArray) -> F
     return np.array([low, *inner, high])
 
 
-def _angles(r: FloatArray, x: FloatArray) -> FloatArray:
-    """Phi in r = x cos(phi), by the form that keeps all digits next to r = x."""
-    return np.arctan2(np.sqrt((x - r) * (x + r)), r)
-
-
 def _angular(
     integrand: Callable[[FloatArray, FloatArray], FloatArray],
     x: FloatArray,
@@ -80,7 +75,9 @@ def _angular(
         return values if exponent == 0.0 else values * np.cos(theta) ** exponent
 
     def edges(x: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-        phi = _angles(_marks(breakpoints, low, high)[::-1], x)
+        # by the form that keeps all digits next to r = x
+        r = _marks(breakpoints, low, high)[::-1]
+        phi = np.arctan2(np.sqrt((x - r) * (x + r)), r)
         return phi if exponent == 0.0 else np.insert(phi, 1, phi[:2].mean(axis=0), axis=0)
 
     answer = integrate(outer, edges(x, low, high), x, replace(rule, levels=LEVELS[:4]))

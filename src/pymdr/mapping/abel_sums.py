@@ -32,15 +32,7 @@ from pymdr.mapping.octave_panels import (
 from pymdr.mapping.resolving import Slopes
 from pymdr.mapping.slopes import Tail
 from pymdr.mapping.tree_levels import POINTS, TreeLevel, levels_of, with_slope, with_tail
-from pymdr.numerics.panels import (
-    TERMS,
-    BoolArray,
-    IndexArray,
-    Panels,
-    Series,
-    basis,
-    basis_slope,
-)
+from pymdr.numerics.panels import TERMS, BoolArray, IndexArray, Panels, Series, basis, basis_slope
 from pymdr.numerics.quadrature import gauss
 from pymdr.units import FloatArray
 

@@ -9,19 +9,7 @@ from functools import lru_cache, singledispatch
 import numpy as np
 
 from pymdr.errors import ProblemError
-from pymdr.problem.profiles import (
-    Cone,
-    EllipticParaboloid,
-    Function,
-    Function2D,
-    Paraboloid,
-    Profile,
-    Pyramid,
-    Sampled,
-    Sampled2D,
-    Shape,
-    ShapePreserving,
-)
+from pymdr.problem import profiles
 from pymdr.units import FloatArray, metres, shown
 
 _FEWEST_DIRECTIONS, _MOST_DIRECTIONS = 32, 256
@@ -36,7 +24,7 @@ _AT_ONCE = 200_000
 """Largest number of points in one evaluation of a gap."""
 
 
-def azimuthal_mean(shape: Shape) -> Profile:
+def azimuthal_mean(shape: profiles.Shape) -> profiles.Profile:
     """
     The mean over all directions, <f>(r) = int f(r cos phi, r sin phi) dphi / (2 pi).
 
@@ -47,10 +35,6 @@ def azimuthal_mean(shape: Shape) -> Profile:
     ----------
     shape : Shape
         A body that is not axisymmetric; it must not tilt.
-
-    Returns
-    -------
-    Profile
 
     Raises
     ------
@@ -66,7 +50,7 @@ def azimuthal_mean(shape: Shape) -> Profile:
     >>> round(azimuthal_mean(EllipticParaboloid(3.0, 1.0)).radius, 15)
     1.5
     """
-    if not isinstance(shape, Shape):
+    if not isinstance(shape, profiles.Shape):
         raise ProblemError(
             f"azimuthal_mean: {shown(shape)} is not a body with a gap f(x, y), such as Pyramid.vickers()"
         )
@@ -74,38 +58,38 @@ def azimuthal_mean(shape: Shape) -> Profile:
 
 
 @singledispatch
-def _mean_of(shape: Shape) -> Profile:
+def _mean_of(shape: profiles.Shape) -> profiles.Profile:
     raise ProblemError(
         f"azimuthal_mean: no mean of {type(shape).__name__}; give it as Function2D(shape.gap_at)"
     )
 
 
 @_mean_of.register
-def _(shape: EllipticParaboloid) -> Profile:
+def _(shape: profiles.EllipticParaboloid) -> profiles.Profile:
     low, high = sorted((shape.radius_x, shape.radius_y))
-    return Paraboloid(2.0 * low / (1.0 + low / high))
+    return profiles.Paraboloid(2.0 * low / (1.0 + low / high))
 
 
 @_mean_of.register
-def _(shape: Pyramid) -> Profile:
+def _(shape: profiles.Pyramid) -> profiles.Profile:
     sector = math.pi / shape.sides
-    return Cone(slope=shape.gradient * math.sin(sector) / sector)
+    return profiles.Cone(slope=shape.gradient * math.sin(sector) / sector)
 
 
 @_mean_of.register
 @lru_cache(maxsize=64)
-def _(shape: Function2D) -> Profile:
+def _(shape: profiles.Function2D) -> profiles.Profile:
     chosen, _change = _converged(shape)
-    return Function(lambda r: _mean_at(shape, r, chosen), max_radius=shape.max_radius)
+    return profiles.Function(lambda r: _mean_at(shape, r, chosen), max_radius=shape.max_radius)
 
 
-def mean_error(shape: Shape) -> float:
+def mean_error(shape: profiles.Shape) -> float:
     """Largest relative change of the azimuthal mean of a callable by the last doubling of its directions; 0 for others."""
-    return _converged(shape)[1] if isinstance(shape, Function2D) else 0.0
+    return _converged(shape)[1] if isinstance(shape, profiles.Function2D) else 0.0
 
 
 @lru_cache(maxsize=64)
-def _converged(shape: Function2D) -> tuple[int, float]:
+def _converged(shape: profiles.Function2D) -> tuple[int, float]:
     """Number of directions of the mean, and its relative change by the last doubling."""
     radii: FloatArray = np.logspace(-12.0, 0.0, 13)
     if math.isfinite(shape.max_radius):
@@ -121,7 +105,7 @@ def _converged(shape: Function2D) -> tuple[int, float]:
     return directions, change
 
 
-def _refuse_saddle(shape: Function2D, radii: FloatArray) -> None:
+def _refuse_saddle(shape: profiles.Function2D, radii: FloatArray) -> None:
     """Refuse a gap that is below its apex at all distances."""
     phi = _directions(_FEWEST_DIRECTIONS)
     gap = shape.gap_at(radii[:, None] * np.cos(phi), radii[:, None] * np.sin(phi))
@@ -141,7 +125,7 @@ def _refuse_saddle(shape: Function2D, radii: FloatArray) -> None:
         )
 
 
-def _mean_at(shape: Shape, r: FloatArray, directions: int) -> FloatArray:
+def _mean_at(shape: profiles.Shape, r: FloatArray, directions: int) -> FloatArray:
     phi = _directions(directions)
     x, y = r[:, None] * np.cos(phi), r[:, None] * np.sin(phi)
     return np.asarray(shape.gap_at(x, y).mean(axis=1))
@@ -149,7 +133,7 @@ def _mean_at(shape: Shape, r: FloatArray, directions: int) -> FloatArray:
 
 @_mean_of.register
 @lru_cache(maxsize=64)
-def _(shape: Sampled2D) -> Profile:
+def _(shape: profiles.Sampled2D) -> profiles.Profile:
     step = float(np.min(shape.spacing))
     count = int(shape.max_radius / step * (1.0 + 1e-12))
     if count < 4:
@@ -160,7 +144,7 @@ def _(shape: Sampled2D) -> Profile:
     directions = 2 ** math.ceil(math.log2(max(64.0, 8.0 * math.pi * count)))
     rows = max(1, _AT_ONCE // directions)
     parts = [_mean_at(shape, radius[i : i + rows], directions) for i in range(0, radius.size, rows)]
-    return Sampled(radius, np.concatenate(parts), interpolation=ShapePreserving())
+    return profiles.Sampled(radius, np.concatenate(parts), interpolation=profiles.ShapePreserving())
 
 
 def _directions(count: int) -> FloatArray:
@@ -219,15 +203,9 @@ class RayTable:
 
 
 @lru_cache(maxsize=32)
-def ray_table(shape: Shape, first: int, last: int, directions: int) -> RayTable | None:
+def ray_table(shape: profiles.Shape, first: int, last: int, directions: int) -> RayTable | None:
     """
     The table of a shape for radii from 4^first to 4^last m, as far as all rays are known.
-
-    Parameters
-    ----------
-    shape : Shape
-    first, last : int
-    directions : int
 
     Returns
     -------
@@ -276,7 +254,7 @@ def ray_table(shape: Shape, first: int, last: int, directions: int) -> RayTable 
     return RayTable(low, CubicSpline(s, values, axis=0).c, logarithmic, gap, error)
 
 
-def _integrals(shape: Shape, radii: FloatArray, phi: FloatArray, nodes: int) -> FloatArray:
+def _integrals(shape: profiles.Shape, radii: FloatArray, phi: FloatArray, nodes: int) -> FloatArray:
     """P at (radii, directions)."""
     sine, weights = _panels(nodes)
     r = np.multiply.outer(sine, radii)  # (nodes, radii)
@@ -299,7 +277,7 @@ def _panels(nodes: int) -> tuple[FloatArray, FloatArray]:
     return np.sin(t.ravel()), np.tile(0.25 * math.pi / count * weights, count)
 
 
-def mean_over_ellipses(shape: Shape, ellipse: FloatArray, along: int, around: int) -> float:
+def mean_over_ellipses(shape: profiles.Shape, ellipse: FloatArray, along: int, around: int) -> float:
     """
     The mean of a gap under the pressure of a flat elliptic punch, 1 / (2 pi a b sqrt(1 - rho^2)) for a unit of force.
 
@@ -325,13 +303,9 @@ def mean_over_ellipses(shape: Shape, ellipse: FloatArray, along: int, around: in
     return float((weights * sine) @ gap.mean(axis=1))
 
 
-def ray_slopes(shape: Shape, radius: float) -> FloatArray:
+def ray_slopes(shape: profiles.Shape, radius: float) -> FloatArray:
     """
     Magnitudes of the gradient of a gap within a radius in m, on a polar grid, by central differences.
-
-    Parameters
-    ----------
-    shape : Shape
 
     Returns
     -------
@@ -339,7 +313,7 @@ def ray_slopes(shape: Shape, radius: float) -> FloatArray:
         nan where the gap is not known.
     """
     step = 1e-3 * radius
-    if isinstance(shape, Sampled2D):
+    if isinstance(shape, profiles.Sampled2D):
         step = max(step, float(np.max(shape.spacing)))
     r, phi = np.meshgrid(np.linspace(0.02, 1.0, 40) * radius, _directions(64))
     x, y = r * np.cos(phi), r * np.sin(phi)

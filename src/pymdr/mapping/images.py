@@ -10,8 +10,8 @@ import numpy as np
 
 from pymdr.mapping.abel_sums import AbelSums
 from pymdr.mapping.octave_panels import GAUSS_NODES
-from pymdr.mapping.panel_tree import PanelTree, panel_tree
 from pymdr.mapping.resolving import Slopes
+from pymdr.mapping.tree_levels import PanelTree, panel_tree
 from pymdr.numerics.panels import (
     TERMS,
     BoolArray,

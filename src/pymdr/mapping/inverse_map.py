@@ -19,7 +19,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from pymdr.mapping.kernels import arc_above, arc_below
-from pymdr.mapping.panel_tree import NODES, Level, PanelTree
+from pymdr.mapping.tree_levels import POINTS, Level, PanelTree
 from pymdr.numerics.panels import BoolArray, IndexArray, Selection, evaluate
 from pymdr.numerics.quadrature import gauss
 from pymdr.units import FloatArray
@@ -177,7 +177,7 @@ def _block(part: Stretch, radii: _Radii) -> FloatArray:
 
 def _add_far(total: FloatArray, level: Level, parts: _Parts, radii: _Radii) -> None:
     row, node, _, _, at = parts
-    rows = _WORK // NODES
+    rows = _WORK // POINTS
     for start in range(0, row.size, rows):
         chosen = slice(start, start + rows)
         i, c = row[chosen], node[chosen]
@@ -198,7 +198,7 @@ def _near(slope: PanelTree, parts: _Parts, radii: _Radii) -> FloatArray:
     base, offset, kernel, above, _ = radii
     total = np.zeros(base.shape)
     rooted = slope.panels.rooted[panel]
-    s, w = gauss(NODES)
+    s, w = gauss(POINTS)
     plain = np.flatnonzero(~rooted)
     if plain.size:
         i, p = row[plain], panel[plain]
@@ -251,12 +251,12 @@ def _near_graded(slope: PanelTree, parts: _Parts, radii: _Radii) -> FloatArray:
             if kind == "touches":
                 # the kernel is the power of the distance in the weights, and a smooth factor
                 rule = gain - 1.0 if above else 1.0 - gain
-                s, w = gauss(NODES, rule)
+                s, w = gauss(POINTS, rule)
                 gap = width * s
                 delta = np.clip(place + (gap if above else -gap), lo[:, None], hi[:, None])
                 value = _at(slope, p, delta) * width * w / s**rule
             elif kind == "plain":
-                s, w = gauss(NODES)
+                s, w = gauss(POINTS)
                 rooted = panels.rooted[p][:, None]
                 first, last = panels.root(lo)[:, None], panels.root(hi)[:, None]
                 root = first + (last - first) * s
@@ -271,7 +271,7 @@ def _near_graded(slope: PanelTree, parts: _Parts, radii: _Radii) -> FloatArray:
                     total[row[i[rows]]] = np.copysign(math.inf, sign)
                     continue
                 rule = n * (own + 1.0) - 1.0
-                s, w = gauss(NODES, rule)
+                s, w = gauss(POINTS, rule)
                 delta = np.maximum(hi[rows, None] * s**n, np.finfo(float).tiny)
                 gap = np.maximum(np.abs(delta - place[rows]), np.finfo(float).tiny)
                 value = _at(slope, p[rows], delta) * n * hi[rows, None] * s ** (n - 1.0 - rule) * w

@@ -137,10 +137,6 @@ class Compliance:
     """
     The surface compliance L(s) of a layered body, as a part of that of a half-space of its top layer.
 
-    Parameters
-    ----------
-    body : Layered
-
     Notes
     -----
     Plane waves, whose states at a depth are pairs of displacements and tractions; the minors of the two that a base allows
@@ -315,10 +311,6 @@ _BLOCK = 1 << 13
 class Kernel:
     """
     The kernel M(t) of two bodies, one or both of them layered, tabulated as far out as requested.
-
-    Parameters
-    ----------
-    compliance : PairCompliance
 
     Raises
     ------

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import singledispatch
 
 import numpy as np
@@ -17,7 +16,6 @@ __all__ = ["Relaxation", "largest_coupling", "relaxation_of"]
 
 Span = tuple[float, float]
 Quantities = tuple[QuantityLike, QuantityLike]
-Links = Callable[[Material, Span | None], list[Relaxation]]
 
 
 def relaxation_of(
@@ -89,8 +87,7 @@ def relaxation_of(
             f"relaxation_of: bodies graded with the exponent {exponent:g} are elastic and do not relax; use effective_moduli"
         )
     times = None if span is None else (to_si(span[0], "s", name="span"), to_si(span[1], "s", name="span"))
-    links: Links = _tangential_links if tangential else _links
-    return in_series([*links(body, times), *links(counterbody, times)])
+    return in_series([*_links(body, times, tangential), *_links(counterbody, times, tangential)])
 
 
 def largest_coupling(body: Material, counterbody: Material, span: Span | None = None) -> float:
@@ -141,43 +138,26 @@ def _at_rate(body: Material, rate: float, span: Span | None) -> Material:
 
 
 @singledispatch
-def _links(body: Material, span: Span | None) -> list[Relaxation]:
-    """Springs and dashpots in series that stand for the surface of one body."""
-    return [Relaxation(1.0 / surface_compliances(body).normal)]
+def _links(body: Material, span: Span | None, tangential: bool) -> list[Relaxation]:
+    """Springs and dashpots in series that stand for the surface of one body, in the normal or in the tangential direction."""
+    compliances = surface_compliances(body)
+    return [Relaxation(1.0 / (compliances.tangential if tangential else compliances.normal))]
 
 
 @_links.register
-def _(body: Rigid, span: Span | None) -> list[Relaxation]:
+def _(body: Rigid, span: Span | None, tangential: bool) -> list[Relaxation]:
     return []
 
 
 @_links.register
-def _(body: Viscoelastic, span: Span | None) -> list[Relaxation]:
+def _(body: Viscoelastic, span: Span | None, tangential: bool) -> list[Relaxation]:
     shear = body.shear.kernel(span)
     if body.bulk is None:
         assert body.poisson is not None
-        return [shear.scaled(2.0 / (1.0 - body.poisson))]
+        return [shear.scaled(4.0 / (2.0 - body.poisson) if tangential else 2.0 / (1.0 - body.poisson))]
+    if tangential:
+        part = shear.scaled(4.0 / 3.0)
+        return [part.in_parallel(in_series([part, Relaxation(2.0 * body.bulk)]))]
     # 4 G (3 K + G)/(3 K + 4 G) without a difference: terms of 1/(4 G) + (3/4)/(3 K + G) all but cancel where K is large
     volume = in_series([shear.scaled(3.0), Relaxation(2.25 * body.bulk)])
     return [shear.in_parallel(volume)]
-
-
-@singledispatch
-def _tangential_links(body: Material, span: Span | None) -> list[Relaxation]:
-    """Springs and dashpots in series in the tangential direction."""
-    return [Relaxation(1.0 / surface_compliances(body).tangential)]
-
-
-@_tangential_links.register
-def _(body: Rigid, span: Span | None) -> list[Relaxation]:
-    return []
-
-
-@_tangential_links.register
-def _(body: Viscoelastic, span: Span | None) -> list[Relaxation]:
-    shear = body.shear.kernel(span)
-    if body.bulk is None:
-        assert body.poisson is not None
-        return [shear.scaled(4.0 / (2.0 - body.poisson))]
-    part = shear.scaled(4.0 / 3.0)
-    return [part.in_parallel(in_series([part, Relaxation(2.0 * body.bulk)]))]

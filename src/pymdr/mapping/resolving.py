@@ -276,16 +276,12 @@ class Stopped:
 @lru_cache(maxsize=16)
 def _tested(count: int) -> tuple[FloatArray, FloatArray]:
     """Nodes followed by the test points of series, and the basis at the test points."""
-    u_test = _jitter(count)
-    return np.concatenate([nodes(), u_test]), basis(u_test).T
-
-
-def _jitter(count: int) -> FloatArray:
-    """Points in (0, 1) by a Kronecker sequence, on no regular grid."""
+    # points in (0, 1) by a Kronecker sequence, on no regular grid
     golden = 0.5 * (math.sqrt(5.0) - 1.0)
     inner = np.sort((0.5 + golden * np.arange(1.0, count + 1.0)) % 1.0)
     # a kink next to the end of a panel is visible only at the end
-    return np.concatenate([[1e-7, 1e-4], inner, [1.0 - 1e-4, 1.0 - 1e-7]])
+    u_test = np.concatenate([[1e-7, 1e-4], inner, [1.0 - 1e-4, 1.0 - 1e-7]])
+    return np.concatenate([nodes(), u_test]), basis(u_test).T
 
 
 def resolve(

@@ -23,13 +23,7 @@ from pymdr.mapping.resolving import (
     joined_slopes,
     resolve,
 )
-from pymdr.numerics.panels import (
-    TERMS,
-    BoolArray,
-    IndexArray,
-    clenshaw,
-    evaluate,
-)
+from pymdr.numerics.panels import TERMS, BoolArray, IndexArray, clenshaw, evaluate
 from pymdr.units import FloatArray, metres
 
 _SEARCH_DEPTH = 2.0**-12

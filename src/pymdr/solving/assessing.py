@@ -17,13 +17,12 @@ from pymdr.problem.paths import LoadingPath
 from pymdr.problem.schedule import ends_only, known_legs, total_rows
 from pymdr.quantities import QUANTITIES
 from pymdr.result import Status
-from pymdr.solving.study import Study
+from pymdr.solving.study import Study, dataset
 from pymdr.solving.verb import check_request, solve
 from pymdr.units import QuantityLike
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
 _SHORT = 100_000
 """Largest number of rows for which the whole path is followed."""
@@ -43,6 +42,7 @@ class Assessment(Study):
     """Status of the solution, or of the solution of the visited rows."""
 
     subject: ClassVar = "an assessment"
+    _drawn: ClassVar = ("conditions_study", "assumptions")
 
     @property
     def largest(self) -> dict[str, float]:
@@ -60,12 +60,6 @@ class Assessment(Study):
 
     def _remarks(self) -> list[str]:
         return [f"the result has {self.rows} row{'s' if self.rows != 1 else ''} ({bytes_text(self.memory)})"]
-
-    def _figure(self) -> Figure:
-        """The conditions of the model, over their limits."""
-        from pymdr.presentation.plot import conditions_study
-
-        return conditions_study(self.assumptions)
 
 
 def assess(
@@ -108,15 +102,13 @@ def assess(
     >>> mdr.assess(ball, mdr.load("50 N")).claims["pressure"].level.name
     'EXACT'
     """
-    import xarray as xr
-
     stiffness, kept = check_request(contact, path, machine_stiffness, keep)
     rows = total_rows(path) if kept is None else kept.size
     laws = contact.adhesion is not None or contact.friction is not None
     whole = solver is None and (not laws or total_rows(path) <= _SHORT)
     result = solve(
         contact,
-        path if whole else _extremes(path),
+        path if whole else reduce(rshift, map(ends_only, known_legs(path))),
         machine_stiffness=stiffness,
         keep=kept if whole else None,
         solver=solver,
@@ -127,7 +119,7 @@ def assess(
         if name in result.data and np.isfinite(result.data[name].values).any()
     }
     return Assessment(
-        data=xr.Dataset(largest),
+        data=dataset(largest),
         claims=result.claims,
         assumptions=result.assumptions,
         notes=result.notes,
@@ -136,7 +128,3 @@ def assess(
         quantities=len(result.data),
         status=result.status,
     )
-
-
-def _extremes(path: LoadingPath) -> LoadingPath:
-    return reduce(rshift, map(ends_only, known_legs(path)))

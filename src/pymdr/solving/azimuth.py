@@ -11,7 +11,7 @@ from pymdr.errors import ProblemError
 from pymdr.mapping.surfaces.summits import MeanProfile, mean_profile
 from pymdr.problem.profiles import Sampled
 from pymdr.problem.topography import Topography
-from pymdr.solving.study import Study
+from pymdr.solving.study import Study, dataset
 from pymdr.units import ArrayQuantityLike, QuantityLike, metres, shown, to_si, to_si_array
 
 if TYPE_CHECKING:
@@ -146,11 +146,9 @@ def azimuthal_profile(
         bump = mean_profile(heights, topography.spacing, middle, last)
     except ProblemError as error:
         raise ProblemError(f"{_PREFIX}: {error}") from error
-    import xarray as xr
-
     columns = {"f": bump.height, "scatter": bump.scatter}
     return AzimuthalProfile(
-        data=xr.Dataset(
+        data=dataset(
             {name: ("r", values, {"units": "m"}) for name, values in columns.items()},
             coords={"r": ("r", bump.radius, {"units": "m"})},
         ),

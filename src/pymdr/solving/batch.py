@@ -277,21 +277,11 @@ def _is_picklable(value: Contact | LoadingPath) -> bool:
 
 def _solve_block(requests: Sequence[Request], options: Mapping[str, Any]) -> _Parcel:
     """Solve some contacts for another process of this machine."""
-    return _sent(_solved(options, requests))
-
-
-def _solved(options: Mapping[str, Any], requests: Sequence[Request]) -> list[Result | PymdrError]:
-    """Answers without the paths, which the caller has."""
-    answers = (_solve_quietly(one, options) for one in requests)
-    return [replace(answer, path=Hold()) if isinstance(answer, Result) else answer for answer in answers]
-
-
-def _sent(answers: list[Result | PymdrError]) -> _Parcel:
-    """Answers with their arrays in shared memory, which is much faster than a pipe."""
+    # shared memory is much faster than a pipe
     from multiprocessing.shared_memory import SharedMemory
 
     arrays: list[pickle.PickleBuffer] = []
-    head = pickle.dumps(answers, protocol=5, buffer_callback=arrays.append)
+    head = pickle.dumps(_solved(options, requests), protocol=5, buffer_callback=arrays.append)
     ends = [0, *accumulate(array.raw().nbytes for array in arrays)]
     memory = SharedMemory(create=True, size=max(ends[-1], 1))
     assert memory.buf is not None
@@ -301,6 +291,12 @@ def _sent(answers: list[Result | PymdrError]) -> _Parcel:
     view.release()
     memory.close()
     return _Parcel(head, memory.name, ends)
+
+
+def _solved(options: Mapping[str, Any], requests: Sequence[Request]) -> list[Result | PymdrError]:
+    """Answers without the paths, which the caller has."""
+    answers = (_solve_quietly(one, options) for one in requests)
+    return [replace(answer, path=Hold()) if isinstance(answer, Result) else answer for answer in answers]
 
 
 def _received(parcel: _Parcel) -> list[Result | PymdrError]:

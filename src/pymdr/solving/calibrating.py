@@ -14,12 +14,7 @@ import scipy
 
 from pymdr.errors import ProblemError
 from pymdr.independent.engines import Engine
-from pymdr.interpretation.rough import (
-    FITTED_FRACTIONS,
-    PUBLISHED,
-    calibration_claims,
-    rough_assumptions,
-)
+from pymdr.interpretation.rough import FITTED_FRACTIONS, PUBLISHED, calibration_claims, rough_assumptions
 from pymdr.line.rough import power_law_stiffness
 from pymdr.mapping.patch import full_contact_stiffness
 from pymdr.problem.materials import Elastic
@@ -33,7 +28,6 @@ from pymdr.units import FloatArray, shown
 if TYPE_CHECKING:
     import os
 
-    from matplotlib.figure import Figure
 
 _PREFIX = "calibrate_coefficient"
 _UNIT = Elastic(1.0, 0.0)
@@ -60,6 +54,7 @@ class LineCalibration(Study):
     """
 
     subject: ClassVar[str] = "a calibration"
+    _drawn: ClassVar = ("calibration_study", "data")
     columns: ClassVar[Mapping[str, Column]] = {
         "load": Column("F/E*Lh", ""),
         "stiffness": Column("k/E*L", ""),
@@ -93,12 +88,6 @@ class LineCalibration(Study):
             f"lambda = {self.coefficient:.3g}; of single surfaces from {low:.3g} to {high:.3g}; rms misfit {100.0 * attrs['misfit']:.2g} %, largest "
             f"{100.0 * attrs['largest_misfit']:.2g} %",
         ]
-
-    def _figure(self) -> Figure:
-        """Stiffness against load, its ratios to that in three dimensions, and the area with the fraction of springs in contact."""
-        from pymdr.presentation.plot import calibration_study
-
-        return calibration_study(self.data)
 
 
 def calibrate_coefficient(
@@ -188,7 +177,8 @@ def calibrate_coefficient(
     law = power_law_stiffness(forces, surface.hurst, surface.rms, side, 1.0, PUBLISHED)
     columns |= {"power_law": law / side, "line_fraction": lines["line_stiffness"] / full}
     attributes = _misfit(np.log(lines["fitted_stiffness"] / mean)[inside], coefficients) | {
-        **_spectrum(surface),
+        "hurst": surface.hurst,
+        "bandwidth": surface.longer_side / surface.shortest,
         "full_contact_stiffness": full,
         "realisations": realisations,
         "pixels": pixels,
@@ -214,11 +204,6 @@ def _misfit(off: FloatArray, coefficients: list[float]) -> dict[str, Any]:
         "misfit": float(np.sqrt(np.mean(off**2))),
         "largest_misfit": float(np.abs(off).max()),
     }
-
-
-def _spectrum(surface: RoughSurface) -> dict[str, float]:
-    """What the coefficient depends on."""
-    return {"hurst": surface.hurst, "bandwidth": surface.longer_side / surface.shortest}
 
 
 def _check(surface: RoughSurface, realisations: int) -> None:

@@ -43,11 +43,19 @@ def normal_plots(result: Result, row: int) -> Plots:
     return Plots(data, normal_overview, normal_figures)
 
 
-def memory_plots(result: Result, row: int) -> Plots:
-    """Figures of a contact with memory."""
-    from pymdr.presentation.plot import Plots, memory_figures, memory_overview
+def _simple(kind: str, result: Result, row: int) -> Plots:
+    """Figures of one kind of contact that need no more than its result."""
+    from pymdr.presentation import plot
 
-    return Plots(_figure_data(result, row), memory_overview, memory_figures)
+    data = _figure_data(result, row, equilibria=(lambda: None) if kind in ("zone", "sheared") else None)
+    return plot.Plots(data, getattr(plot, f"{kind}_overview"), getattr(plot, f"{kind}_figures"))
+
+
+memory_plots = partial(_simple, "memory")
+zone_plots = partial(_simple, "zone")
+sheared_plots = partial(_simple, "sheared")
+frictional_plots = partial(_simple, "frictional")
+planar_plots = partial(_simple, "planar")
 
 
 def adhesive_plots(result: Result, row: int) -> Plots:
@@ -82,47 +90,11 @@ def short_plots(result: Result, row: int) -> Plots:
     return Plots(data, short_overview, soft_figures)
 
 
-def zone_plots(result: Result, row: int) -> Plots:
-    """Figures of bodies with memory under a cohesive zone."""
-    from pymdr.presentation.plot import Plots, zone_figures, zone_overview
-
-    return Plots(_figure_data(result, row, equilibria=lambda: None), zone_overview, zone_figures)
-
-
-def sheared_plots(result: Result, row: int) -> Plots:
-    """Figures of an adhesive contact that is sheared without slip."""
-    from pymdr.presentation.plot import Plots, sheared_figures, sheared_overview
-
-    return Plots(_figure_data(result, row, equilibria=lambda: None), sheared_overview, sheared_figures)
-
-
-def frictional_plots(result: Result, row: int) -> Plots:
-    """Figures of a contact with stick and slip."""
-    from pymdr.presentation.plot import Plots, frictional_figures, frictional_overview
-
-    friction = result.contact.friction
-    assert friction is not None
-    data = _figure_data(result, row, friction=friction.coefficient)
-    return Plots(data, frictional_overview, frictional_figures)
-
-
-def planar_plots(result: Result, row: int) -> Plots:
-    """Figures of a contact that is moved in the plane."""
-    from pymdr.presentation.plot import Plots, planar_figures, planar_overview
-
-    friction = result.contact.friction
-    assert friction is not None
-    data = _figure_data(result, row, friction=friction.coefficient)
-    return Plots(data, planar_overview, planar_figures)
-
-
 def frictional_memory_plots(result: Result, row: int) -> Plots:
     """Figures of a contact with memory, stick and slip."""
     from pymdr.presentation.plot import Plots, frictional_figures, frictional_overview, memory_figures
 
-    friction = result.contact.friction
-    assert friction is not None
-    data = _figure_data(result, row, friction=friction.coefficient)
+    data = _figure_data(result, row)
 
     def both(data: FigureData) -> dict[str, Figure]:
         history = memory_figures(data)["history"]
@@ -158,7 +130,6 @@ def _figure_data(
     result: Result,
     row: int,
     *,
-    friction: float | None = None,
     equilibria: Callable[[], Branches | None] | None = None,
     loading: Callable[[FloatArray], Mapping[str, FloatArray]] | None = None,
     pull: float | None = None,
@@ -177,7 +148,7 @@ def _figure_data(
         on_line=bool(result.reading.line_fields) and result.contact.layered is None,
         layers=_layers(result),
         field_at=result.field,
-        friction=friction,
+        friction=None if result.contact.friction is None else result.contact.friction.coefficient,
         equilibria=equilibria,
         modulus=None if line is None else line.modulus,
         deflection=partial(normal.deflection, row) if isinstance(normal, DeflectedReader) else None,

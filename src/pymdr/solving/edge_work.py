@@ -15,12 +15,11 @@ from pymdr.line.soft.small_zone import SmallZone
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.result import Result
-from pymdr.solving.study import Column, Study
+from pymdr.solving.study import Column, Study, dataset
 from pymdr.units import FloatArray
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
 _PARTS = 300
 """Rows of a test: least step of the contact radius as a part of the largest."""
@@ -53,6 +52,7 @@ class EdgeWork(Study):
     of the rows in which it holds, ``lowest_speed``, ``highest_speed`` (m/s) and ``longest_zone`` over the contact radius.
     """
     subject: ClassVar = "the work of an edge"
+    _drawn: ClassVar = ("edge_work_figure", "data")
     columns: ClassVar[Mapping[str, Column]] = {
         "test": Column("test", ""),
         "edge_speed": Column("speed of the edge", "m/s"),
@@ -79,11 +79,6 @@ class EdgeWork(Study):
             f"the formula of a short zone holds within 10 % for zones of up to {float(self.data['longest_zone']):.2g} contact radii, after the edge "
             "has receded by a length of its zone"
         ]
-
-    def _figure(self) -> Figure:
-        from pymdr.presentation.plot import edge_work_figure
-
-        return edge_work_figure(self.data)
 
 
 def edge_work_of(results: Sequence[Result], relaxation: Relaxation) -> EdgeWork:
@@ -161,8 +156,6 @@ def _of_test(result: Result, zone: SmallZone, line: ElasticLine) -> dict[str, Fl
 
 def _dataset(rows: Mapping[str, np.ndarray], zone: SmallZone) -> xr.Dataset:
     """The rows, and single numbers of the rows in which the formula holds."""
-    import xarray as xr
-
     V, fraction = (
         values[rows["holds"]] for values in (rows["edge_speed"], rows["zone_length"] / rows["contact_radius"])
     )
@@ -173,7 +166,7 @@ def _dataset(rows: Mapping[str, np.ndarray], zone: SmallZone) -> xr.Dataset:
         "highest_speed": (float(np.max(V)) if V.size else math.nan, "m/s"),
         "longest_zone": (float(np.max(fraction)) if V.size else math.nan, ""),
     }
-    return xr.Dataset(
+    return dataset(
         {name: ("row", rows[name], {"units": unit}) for name, unit in _UNITS.items()}
         | {name: ((), value, {"units": unit}) for name, (value, unit) in single.items()}
     )

@@ -28,7 +28,7 @@ from pymdr.problem.layers import Layered
 from pymdr.problem.paths import Cycle
 from pymdr.quantities import ACROSS, ALONG, DEPTH, quantity
 from pymdr.result import Result
-from pymdr.solving.study import Study, number
+from pymdr.solving.study import Study, dataset, number
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_si, to_si_array
 
 if TYPE_CHECKING:
@@ -226,8 +226,6 @@ def fatigue(
     >>> round(abs(worst.x) / float(result["contact_radius"][-1]), 4), worst.z
     (1.0, 0.0)
     """
-    import xarray as xr
-
     interior = _stress_of(result, criterion, side)
     rows, how = _rows_of(result, steps)
     name = side or ("counterbody" if interior.sign < 0.0 else "body")
@@ -241,7 +239,7 @@ def fatigue(
     columns = _columns(criterion, site)
     claim = _empirical(criterion, result.claims["stress"])
     return Fatigue(
-        data=xr.Dataset(
+        data=dataset(
             {
                 one: ((), value, {"units": quantity(one).unit, "long_name": quantity(one).long_name})
                 for one, value in columns.items()

@@ -24,12 +24,7 @@ from pymdr.interpretation.friction import (
     frictional_claims,
     similarity_assumption,
 )
-from pymdr.interpretation.traction import (
-    PARTS,
-    curves_down_to,
-    deepest_of,
-    friction_leg,
-)
+from pymdr.interpretation.traction import PARTS, curves_down_to, deepest_of, friction_leg
 from pymdr.interpretation.validity import (
     EXACT_WITHIN,
     TANGENTIAL_FIELDS,

@@ -39,16 +39,7 @@ from pymdr.problem.paths import TORSIONAL_CHANNELS
 from pymdr.problem.schedule import Stretch
 from pymdr.result import Result
 from pymdr.rows import joined, taken
-from pymdr.solving.memory import (
-    OWN_ERRORS,
-    depends_on_rows,
-    error_of_levels,
-    relative_errors,
-    relaxation_along,
-    span_along,
-    tangential_relaxation_along,
-    travelled,
-)
+from pymdr.solving import memory
 from pymdr.solving.normal import refuse_tangential
 from pymdr.solving.viscoelastic import (
     LEVELS,
@@ -124,7 +115,7 @@ def solve_frictional_memory(task: Task) -> Result:
     )
     bodies = _bodies(task, None)
     walked = walk(task, None, partial(_step, task, bodies))
-    if depends_on_rows(task.contact, task.path):
+    if memory.depends_on_rows(task.contact, task.path):
         bodies = _bodies(task, walked.time)
         walked = walk(task, None, partial(_step, task, bodies))
     return solution(task, walked, _interpret(task, bodies, walked))
@@ -135,8 +126,8 @@ def _bodies(task: Task, time: FloatArray | None) -> _Bodies:
     assert contact.friction is not None
     return _Bodies(
         ElasticLine(equivalent_profile(contact.profile), 1.0),
-        relaxation_along(contact, task.path, time),
-        tangential_relaxation_along(contact, task.path, time),
+        memory.relaxation_along(contact, task.path, time),
+        memory.tangential_relaxation_along(contact, task.path, time),
         contact.friction.coefficient,
     )
 
@@ -263,7 +254,7 @@ def _interpret(task: Task, bodies: _Bodies, walked: Walked[_Rows]) -> Interpreta
         "external_work": rows.normal.work + sheared.work,
     }
     coupling = largest_coupling(
-        contact.body, contact.counterbody, span_along(contact, task.path, walked.time)
+        contact.body, contact.counterbody, memory.span_along(contact, task.path, walked.time)
     )
     claims = uncoupled(normal.claims, contact, coupling)
     own = [name for name in columns if name in SHEARED_QUANTITIES]
@@ -275,7 +266,7 @@ def _interpret(task: Task, bodies: _Bodies, walked: Walked[_Rows]) -> Interpreta
         tangential,
         {name: error + kernel[name] for name, error in errors.items()}
         | {name: error + bodies.tangential.error for name, error in fields.items()},
-        f"; energies are those of the springs and dashpots that the rheology names{OWN_ERRORS}",
+        f"; energies are those of the springs and dashpots that the rheology names{memory.OWN_ERRORS}",
         f"as {SPRINGS} springs in four steps or more between the rows do",
     )
     if "shift" in tangential:
@@ -332,7 +323,7 @@ def _errors(rows: _Rows) -> dict[str, FloatArray]:
         strict=True,
     )
     fine, coarse, coarsest = (_compared(*level) for level in levels)
-    return {name: error_of_levels(fine[name], coarse[name], coarsest[name]) for name in fine}
+    return {name: memory.error_of_levels(fine[name], coarse[name], coarsest[name]) for name in fine}
 
 
 def _compared(sheared: _Sheared, dissipated: FloatArray, work: FloatArray) -> dict[str, FloatArray]:
@@ -363,20 +354,20 @@ def _kernel_errors(
     shift, force = columns["shift"], columns["tangential_force"]
     moves = np.abs(np.diff(shift, prepend=0.0))
     stiffness = bodies.line.stiffness(columns["contact_radius"])
-    bears = travelled(bodies.tangential, relaxed, walked.time, np.cumsum(stiffness * moves))
+    bears = memory.travelled(bodies.tangential, relaxed, walked.time, np.cumsum(stiffness * moves))
     if math.isfinite(friction):
         pressed_by = np.maximum(columns["normal_force"], 0.0)
         most = np.cumsum(np.maximum(pressed_by, np.append(0.0, pressed_by[:-1])))
         bears = np.minimum(bears, 2.0 * friction * bodies.tangential.error * most)
     load = np.divide(force, stiffness, out=np.zeros(force.size), where=stiffness > 0.0)
-    creeps = travelled(bodies.tangential, compliant, walked.time, load)
+    creeps = memory.travelled(bodies.tangential, compliant, walked.time, load)
     work = 2.0 * np.cumsum(bears * moves)
     names = ("stored_tangential_energy", "slip_work", "dissipated_energy", "external_work")
-    return {name: relative_errors(work, columns[name]) + pressed.get(name, 0.0) for name in names} | {
-        "shift": relative_errors(creeps, shift),
-        "tangential_force": relative_errors(bears, force),
-        "stick_radius": relative_errors(bears, force),
-        "slip_distance": relative_errors(
+    return {name: memory.relative_errors(work, columns[name]) + pressed.get(name, 0.0) for name in names} | {
+        "shift": memory.relative_errors(creeps, shift),
+        "tangential_force": memory.relative_errors(bears, force),
+        "stick_radius": memory.relative_errors(bears, force),
+        "slip_distance": memory.relative_errors(
             bodies.tangential.error * np.cumsum(moves), columns["slip_distance"]
         ),
     }

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymdr.errors import ProblemError
-from pymdr.solving.study import Study, TextTable
+from pymdr.solving.study import Study, TextTable, dataset
 from pymdr.units import ArrayQuantityLike, FloatArray, shown, to_si_array, written
 
 if TYPE_CHECKING:
@@ -119,8 +119,6 @@ def summarize_groups(
     >>> round(float(study["typical"]))
     2149
     """
-    import xarray as xr
-
     if not isinstance(common, int | float) or not 0.0 <= common <= 0.5:
         raise ProblemError(
             f"summarize_groups: common = {shown(common)} (limits 0 and 0.5); give a relative uncertainty"
@@ -142,7 +140,7 @@ def summarize_groups(
     )
     attributes = {"units": unit}
     return GroupedValues(
-        data=xr.Dataset(
+        data=dataset(
             {
                 "count": ("group", count, {"units": ""}),
                 "median": ("group", median, attributes),

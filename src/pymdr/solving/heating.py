@@ -13,25 +13,20 @@ from pymdr.errors import ProblemError
 from pymdr.interpretation.accuracy import normal_errors, with_errors
 from pymdr.interpretation.certificate import with_rings
 from pymdr.interpretation.fields import normal_displacement
-from pymdr.interpretation.heating import (
-    frictional_heat_claims,
-    joule_claims,
-    slow_sliding,
-    wiedemann_franz,
-)
+from pymdr.interpretation.heating import frictional_heat_claims, joule_claims, slow_sliding, wiedemann_franz
 from pymdr.line.curves import ElasticLine
 from pymdr.line.foundation import DiskStates, states_at_depth
 from pymdr.line.foundation import normal_force as elastic_force
 from pymdr.line.heating import LORENZ, current_load, frictional_rise, largest_rise, mean_displacement
-from pymdr.mapping.conductivity import Conductivity, conductivity_of
 from pymdr.mapping.equivalent import gap_function
+from pymdr.mapping.moduli import Conductivity, conductivity_of
 from pymdr.problem.contact import Contact, require_contact
 from pymdr.result import Result
 from pymdr.solving.arguments import one_row, positive_speeds
 from pymdr.solving.closure import is_curve
 from pymdr.solving.frictional import frictional_assumptions, pressed_joint
 from pymdr.solving.reach import map_remark
-from pymdr.solving.study import Column, Study, over_rows
+from pymdr.solving.study import Column, Study, dataset, over_rows
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, written
 
 if TYPE_CHECKING:
@@ -240,6 +235,7 @@ class FrictionalHeat(Study):
     shape is unknown.
     """
     subject: ClassVar = "frictional heating"
+    _drawn: ClassVar = ("frictional_heat_study", "data", "surface")
     columns: ClassVar = {
         "speed": Column("speed", "m/s"),
         "largest_temperature_rise": Column("largest rise", "K"),
@@ -248,12 +244,6 @@ class FrictionalHeat(Study):
         "peclet_number": Column("Pe", ""),
     }
     summary_claims: ClassVar = ("largest_temperature_rise", "mean_temperature_rise")
-
-    def _figure(self) -> Figure:
-        """Largest and mean rise against speed, and the rise over the radius."""
-        from pymdr.presentation.plot import frictional_heat_study
-
-        return frictional_heat_study(self.data, self.surface)
 
 
 def frictional_heat(
@@ -377,17 +367,15 @@ def _rise_over_radius(
     contact: Contact, line: ElasticLine, states: DiskStates, v: FloatArray, unit: FloatArray
 ) -> xr.Dataset:
     """The rise in K of the surface by speed, to twice the contact radius; empty for a force curve."""
-    import xarray as xr
-
     speeds = {"speed": ("speed", v, {"units": "m/s"})}
     if is_curve(contact):
-        return xr.Dataset(coords=speeds)
+        return dataset(coords=speeds)
     a, d, excess = (float(one[0]) for one in (states.contact_radius, states.indentation, states.edge_excess))
     r = a * np.concatenate([np.sin(np.linspace(0.0, 0.5 * math.pi, 81)), np.linspace(1.0, 2.0, 41)[1:]])
     u = normal_displacement(
         line, gap_function(contact.profile, line.equivalent), d, states.place.take(0), excess, r
     )
-    return xr.Dataset(
+    return dataset(
         {"temperature_rise": (("speed", "r"), np.outer(v * unit, u), {"units": "K"})},
         coords={**speeds, "r": ("r", r, {"units": "m"})},
     )

@@ -12,7 +12,7 @@ import numpy as np
 from pymdr.interpretation.conductance import CONDUCTIONS, DiskFlux
 from pymdr.interpretation.surface import LINE_FIELDS, SURFACE_FIELDS, Surface, surface_of
 from pymdr.interpretation.validity import TANGENTIAL_FIELDS, TANGENTIAL_LINE_FIELDS
-from pymdr.mapping.conductivity import Carrier, conductivity_of, is_carried
+from pymdr.mapping.moduli import Carrier, conductivity_of, is_carried
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.profiles import Shape
@@ -262,8 +262,8 @@ def _memory() -> Law:
 
 
 def _hysteretic() -> Law:
+    from pymdr.solving.adhesive import solve_hysteretic
     from pymdr.solving.drawing import hysteretic_plots
-    from pymdr.solving.hysteretic import solve_hysteretic
 
     return Law(solve_hysteretic, _pressed(_surface, hysteretic_plots))
 

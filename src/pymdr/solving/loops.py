@@ -14,14 +14,7 @@ from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.certificate import with_rings
 from pymdr.interpretation.closure import closure_claims
 from pymdr.interpretation.friction import frictional_claims
-from pymdr.interpretation.validity import (
-    EXACT_WITHIN,
-    SOURCES,
-    Assumption,
-    Claim,
-    Level,
-    total_error,
-)
+from pymdr.interpretation.validity import EXACT_WITHIN, SOURCES, Assumption, Claim, Level, total_error
 from pymdr.line.foundation import ElasticLine, states_at_depth, states_at_force
 from pymdr.line.foundation import normal_force as force_of
 from pymdr.mapping.closure import closure_of
@@ -33,15 +26,8 @@ from pymdr.solving.bands import band_note, scatter_of, shifted
 from pymdr.solving.closure import is_curve
 from pymdr.solving.frictional import frictional_assumptions, pressed_joint
 from pymdr.solving.reach import Springs, map_remark
-from pymdr.solving.study import Column, Study
-from pymdr.units import (
-    ArrayQuantityLike,
-    FloatArray,
-    QuantityLike,
-    newtons,
-    shown,
-    to_si_array,
-)
+from pymdr.solving.study import Column, Study, dataset
+from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, newtons, shown, to_si_array
 
 _NODES, _LEVELS, _SETTLED = 16, 60, 1e-14
 _ROUNDED = 4.0 * float(np.finfo(float).eps)
@@ -199,8 +185,6 @@ def _one_loop(
     normal_force: QuantityLike | None,
     indentation: QuantityLike | None,
 ) -> FrictionLoop:
-    import xarray as xr
-
     study = _study(contact, given, pulls, normal_force, indentation)
     dimension = "amplitude" if given is not None else "force_amplitude"
     columns, claims = dict(study.columns), dict(study.claims)
@@ -225,7 +209,7 @@ def _one_loop(
         name: (dimension, values, {"units": _UNITS[name.removesuffix("_low").removesuffix("_high")]})
         for name, values in columns.items()
     }
-    data = xr.Dataset(
+    data = dataset(
         {name: array for name, array in arrays.items() if name != dimension}
         | {"sliding_shift": ((), study.sliding, {"units": "m"})},
         coords={dimension: arrays[dimension]},

@@ -69,7 +69,18 @@ def times_along(path: LoadingPath, time: FloatArray | None = None) -> tuple[floa
     """The shortest and the longest time of a path in s, of which those known only from the rows are given."""
     if time is not None and has_times_of_rows(path):
         return _within([np.diff(time, prepend=0.0)], float(time[-1]))
-    return _span(path)
+    steps, now, here = [], 0.0, dict[str, float]()
+    for before, leg in zip(*_neighbours(path), strict=True):
+        if _led(before, leg):
+            assert isinstance(leg.leg, Ramp)
+            here |= {leg.controls.normal: getattr(leg.leg, leg.controls.normal)}
+            continue
+        with leg.named():
+            stretch = leg.stretch(here, now)
+            time = times_of(stretch)
+        steps.append(np.diff(time, prepend=now))
+        now, here = float(time[-1]), {**here, **stretch.end}
+    return _within(steps, now)
 
 
 def has_times_of_rows(path: LoadingPath) -> bool:
@@ -101,22 +112,6 @@ def _led(before: Planned | None, leg: Planned) -> bool:
     """Whether the start of a leg at a rate, and therefore its duration, is known only from the history."""
     at_rate = isinstance(leg.leg, Ramp) and leg.leg.rate is not None
     return at_rate and before is not None and before.controls.normal != leg.controls.normal
-
-
-def _span(path: LoadingPath) -> tuple[float, float]:
-    """Approximate shortest step and length of a path in s, without times known only from the rows; legs without times are refused."""
-    steps, now, here = [], 0.0, dict[str, float]()
-    for before, leg in zip(*_neighbours(path), strict=True):
-        if _led(before, leg):
-            assert isinstance(leg.leg, Ramp)
-            here |= {leg.controls.normal: getattr(leg.leg, leg.controls.normal)}
-            continue
-        with leg.named():
-            stretch = leg.stretch(here, now)
-            time = times_of(stretch)
-        steps.append(np.diff(time, prepend=now))
-        now, here = float(time[-1]), {**here, **stretch.end}
-    return _within(steps, now)
 
 
 def _within(steps: list[FloatArray], end: float) -> tuple[float, float]:

@@ -12,13 +12,7 @@ from pymdr.errors import PathError, ProblemError
 from pymdr.interpretation.traction import curves_down_to
 from pymdr.line.adhesion import JKR as ShortRange
 from pymdr.line.adhesion import Works, edge_states
-from pymdr.line.following import (
-    Branches,
-    HystereticTracks,
-    RestingBranches,
-    Track,
-    tabulated_track,
-)
+from pymdr.line.following import Branches, HystereticTracks, RestingBranches, Track, tabulated_track
 from pymdr.line.following.branches import Columns
 from pymdr.line.foundation import rises_to, states_at_depth
 from pymdr.line.friction import Stacks, virgin_state
@@ -33,10 +27,10 @@ from pymdr.mapping.relaxation import relaxation_of
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath, Path, indent, ramp
 from pymdr.problem.profiles import Shape
+from pymdr.solving.adhesive import HystereticLine
 from pymdr.solving.adhesive_rows import between_parameters
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.frictional import disks_down_to
-from pymdr.solving.hysteretic import HystereticLine
 from pymdr.solving.memory import powers_of, surfaces_of
 from pymdr.solving.plastic import ball_of
 from pymdr.solving.reach import map_to_springs, refuse_unreachable

@@ -22,10 +22,10 @@ from pymdr.line.foundation import states_at_depth
 from pymdr.problem.contact import Contact
 from pymdr.problem.profiles import Profile
 from pymdr.quantities import quantity
+from pymdr.solving.adhesive import HystereticLine
 from pymdr.solving.equilibria import AdhesiveLine
-from pymdr.solving.hysteretic import HystereticLine
 from pymdr.solving.reach import assumptions, map_remark
-from pymdr.solving.study import Study, number
+from pymdr.solving.study import Study, dataset, number
 from pymdr.solving.verb import read_stiffness
 from pymdr.units import FloatArray, QuantityLike, to_si
 
@@ -206,9 +206,7 @@ def start_of_retraction(pressed_to: QuantityLike | None, preload: QuantityLike |
 
 def single(values: Mapping[str, float]) -> xr.Dataset:
     """Single numbers with their units as a dataset."""
-    import xarray as xr
-
-    return xr.Dataset({name: ((), value, {"units": unit_of(name)}) for name, value in values.items()})
+    return dataset({name: ((), value, {"units": unit_of(name)}) for name, value in values.items()})
 
 
 def unit_of(name: str) -> str:

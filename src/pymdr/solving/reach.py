@@ -12,11 +12,7 @@ from pymdr.interpretation.layers import base_assumption
 from pymdr.interpretation.thickness import thickness_assumption
 from pymdr.interpretation.validity import Assumption, small_slope_assumptions
 from pymdr.line.curves import ElasticLine, Line
-from pymdr.line.foundation import (
-    DiskStates,
-    normal_force,
-    states_at_depth,
-)
+from pymdr.line.foundation import DiskStates, normal_force, states_at_depth
 from pymdr.line.layered import LayeredLine
 from pymdr.line.lines import line_of, springs_of
 from pymdr.mapping.closure import closure_of

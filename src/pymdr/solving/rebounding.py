@@ -135,7 +135,10 @@ def _followed(
     modulus = relaxation.equilibrium + float(relaxation.moduli.sum())
     high, depth, ended = depths_of(modulus)
     for _ in range(4):
-        modulus = _mean(relaxation, depth / speed)
+        # the mean of E*(t) in Pa up to a time
+        time = depth / speed
+        flow = -np.expm1(-time / relaxation.times) * relaxation.times @ relaxation.moduli
+        modulus = relaxation.equilibrium + (float(flow) + relaxation.viscosity) / time
         high, depth, ended = depths_of(modulus)
     for _ in range(_TRIES):
         curves = curves_down_to(line, high)
@@ -156,12 +159,6 @@ def _followed(
         f"speed = {written(speed, 'm/s', 6)}: the bodies would not come to rest before the profile ends at "
         f"d = {metres(depth)}; reduce the speed or the mass, or extend the profile"
     )
-
-
-def _mean(relaxation: Relaxation, time: float) -> float:
-    """The mean of E*(t) in Pa up to a time in s."""
-    flow = -np.expm1(-time / relaxation.times) * relaxation.times @ relaxation.moduli
-    return relaxation.equilibrium + (float(flow) + relaxation.viscosity) / time
 
 
 def _guess(contact: Contact, line: ElasticLine, mass: float, speed: float) -> float:

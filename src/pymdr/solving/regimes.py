@@ -21,7 +21,7 @@ from pymdr.problem.paths import load
 from pymdr.result import Result
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.pulloff import COST, PullOff, elastic_pull_off, tip_radius
-from pymdr.solving.study import Column, Study, number
+from pymdr.solving.study import Column, Study, dataset, number
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray, QuantityLike, to_si
 
@@ -202,8 +202,6 @@ def _regime_of_laws(
     recommended: AdhesionLaw,
 ) -> AdhesionRegime:
     """The regime from the pull-offs of all laws; without errors if no theory of the transition is known."""
-    import xarray as xr
-
     everywhere, maugis = np.ones(len(pull_offs), dtype=bool), parameters["maugis"]
     simpler = {name: value for name, value in error.items() if name != "MaugisDugdale"}
     columns = {
@@ -236,7 +234,7 @@ def _regime_of_laws(
             error=None,
         )
     return AdhesionRegime(
-        data=xr.Dataset(columns | single, coords={"law": list(pull_offs)}),
+        data=dataset(columns | single, coords={"law": list(pull_offs)}),
         regime=_regime(maugis, simpler),
         recommended=recommended,
         contacts=contacts,

@@ -24,16 +24,7 @@ from pymdr.problem.profiles import Sampled
 from pymdr.problem.schedule import Stretch, uses
 from pymdr.result import Result, Status
 from pymdr.rows import taken
-from pymdr.solving.memory import (
-    assumptions_with_memory,
-    later_too,
-    refuse_rigid,
-    refuse_sudden,
-    relaxation_along,
-    span_along,
-    times_along,
-    times_of,
-)
+from pymdr.solving import memory
 from pymdr.solving.normal import check_normal_path, refuse_tension
 from pymdr.solving.reach import Mapped, assumptions, half_space_assumptions, map_to_line, notes_of
 from pymdr.solving.walk import Channels, Interpretation, LegProgress, Task, Walked, solution, walk
@@ -212,7 +203,7 @@ def solve_memory_by_rings(task: Task) -> Result:
         Interpretation(
             columns=columns,
             claims=claims,
-            assumptions=assumptions_with_memory(
+            assumptions=memory.assumptions_with_memory(
                 task.contact, columns["contact_radius"], float(np.nanmax(columns["indentation"]))
             ),
             status=Status.BY_RINGS,
@@ -229,7 +220,7 @@ def _discretization_error(rows: _Remembered) -> FloatArray:
     difference, forced = np.abs(rows.answer - rows.coarse), np.isnan(rows.prescribed)
     for own in (forced, ~forced):
         difference[own] /= float(np.max(np.abs(rows.answer[own]), initial=0.0)) or 1.0
-    return later_too(difference, np.ones(difference.size))
+    return memory.later_too(difference, np.ones(difference.size))
 
 
 def _depths(rows: _Remembered) -> FloatArray:
@@ -239,11 +230,11 @@ def _depths(rows: _Remembered) -> FloatArray:
 
 def _walk_memory(task: Task, rings: Rings) -> Walked[_Remembered]:
     if task.contact.adhesion is not None:
-        relaxation = zone_relaxation(task.contact, span_along(task.contact, task.path))
-        refuse_rigid(relaxation)
-        longest = math.inf if relaxation.rubbery > 0.0 else times_along(task.path)[1]
+        relaxation = zone_relaxation(task.contact, memory.span_along(task.contact, task.path))
+        memory.refuse_rigid(relaxation)
+        longest = math.inf if relaxation.rubbery > 0.0 else memory.times_along(task.path)[1]
         return walk(task, None, partial(_step_pulled, task.contact, relaxation, rings, longest))
-    relaxation = relaxation_along(task.contact, task.path)
+    relaxation = memory.relaxation_along(task.contact, task.path)
     return walk(task, None, partial(_step_with_memory, task.contact, relaxation, rings))
 
 
@@ -265,10 +256,10 @@ def _step_pulled(
     law = contact.adhesion
     assert law is not None
     assert law.cohesive_stress is not None
-    refuse_sudden(stretch, relaxation)
+    memory.refuse_sudden(stretch, relaxation)
     attraction = Attraction(law.cohesive_stress, law.work / law.cohesive_stress)
     time, target = (
-        np.append(stretch.begin, times_of(stretch)),
+        np.append(stretch.begin, memory.times_of(stretch)),
         np.append(stretch.start[0], stretch.normal),
     )
     bodies = Bodies(contact.profile)
@@ -318,10 +309,10 @@ def _step_with_memory(
 ) -> tuple[_Remembered, tuple[RingMemory | None, RingMemory | None], Channels]:
     if stretch.by_force:
         refuse_tension(stretch.leg, stretch.normal)
-    refuse_sudden(stretch, relaxation)
+    memory.refuse_sudden(stretch, relaxation)
     touched = state is not None and state[0] is not None
     start = stretch.start[0] if touched else min(stretch.start[0], 0.0)
-    time, target = np.append(stretch.begin, times_of(stretch)), np.append(start, stretch.normal)
+    time, target = np.append(stretch.begin, memory.times_of(stretch)), np.append(start, stretch.normal)
     before = (None, None) if state is None else state
     surface = HALF_SPACE if contact.layered is None else pair_of(contact.body, contact.counterbody)
     bodies = Bodies(contact.profile, surface)

@@ -30,20 +30,11 @@ from pymdr.solving.bands import no_bands
 from pymdr.solving.closure import refuse_curve
 from pymdr.solving.frictional import frictional_assumptions, pressed_joint
 from pymdr.solving.reach import Springs, map_remark
-from pymdr.solving.study import Column, Study, over_rows
-from pymdr.units import (
-    ArrayQuantityLike,
-    FloatArray,
-    QuantityLike,
-    metres,
-    shown,
-    to_si_array,
-    written,
-)
+from pymdr.solving.study import Column, Study, dataset, over_rows
+from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, metres, shown, to_si_array, written
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
 _LARGEST = 2.0
 """A creepage is a difference of speeds over their mean."""
@@ -72,6 +63,7 @@ class Rolling(Study):
     """Steady creep_force (N) over ``creepage`` up to beyond saturation by every applicable ``law``."""
 
     subject: ClassVar = "a rolling contact"
+    _drawn: ClassVar = ("rolling_study", "data", "curves", "springs")
     columns: ClassVar = {
         "distance": Column("rolled", "m"),
         "creepage": Column("creepage", ""),
@@ -87,12 +79,6 @@ class Rolling(Study):
         return [
             f"all springs slip from a creepage of {written(float(self.data['saturation_creepage']), '')} on"
         ]
-
-    def _figure(self) -> Figure:
-        """Creep curves by all applicable laws, and the load of the springs with its cap; or the path."""
-        from pymdr.presentation.plot import rolling_study
-
-        return rolling_study(self.data, self.curves, self.springs)
 
 
 @dataclass(frozen=True)
@@ -316,11 +302,9 @@ def _along(
 
 
 def _springs(pressed: _Pressed, rise: FloatArray, zeta: FloatArray) -> xr.Dataset:
-    import xarray as xr
-
     x = np.linspace(-pressed.line.radius, pressed.line.radius, _POSITIONS)
     load = np.sign(rise)[:, None] * line_load(pressed.line, np.abs(rise), x)
-    return xr.Dataset(
+    return dataset(
         {
             "line_load": (("creepage", "x"), pressed.unit * load, {"units": "N/m"}),
             "cap": ("x", pressed.unit * pressed.line.cap(x), {"units": "N/m"}),
@@ -334,8 +318,6 @@ def _springs(pressed: _Pressed, rise: FloatArray, zeta: FloatArray) -> xr.Datase
 
 def _curves(contact: Contact, pressed: _Pressed, direction: str, largest: float) -> xr.Dataset:
     """Creep forces by every applicable law."""
-    import xarray as xr
-
     moduli = {"plain": pressed.mapped.moduli.tangential}
     with contextlib.suppress(ProblemError):
         moduli["calibrated"] = calibrated_modulus(contact, pressed.mapped.moduli, direction)
@@ -346,7 +328,7 @@ def _curves(contact: Contact, pressed: _Pressed, direction: str, largest: float)
         pressed.unit * steady_rolling(pressed.line, modulus * zeta / pressed.unit).load
         for modulus in moduli.values()
     ]
-    return xr.Dataset(
+    return dataset(
         {"creep_force": (("law", "creepage"), np.array(forces), {"units": "N"})},
         coords={"law": list(moduli), "creepage": ("creepage", zeta, {"units": ""})},
         attrs={"limit": pressed.friction * pressed.load},

@@ -13,13 +13,7 @@ import numpy as np
 
 from pymdr.errors import ProblemError
 from pymdr.interpretation.conductance import conduction_of_stiffness
-from pymdr.interpretation.rough import (
-    FITTED,
-    PUBLISHED,
-    power_law_claims,
-    rough_assumptions,
-    rough_claims,
-)
+from pymdr.interpretation.rough import FITTED, PUBLISHED, power_law_claims, rough_assumptions, rough_claims
 from pymdr.interpretation.validity import SOURCES, Claim, Level
 from pymdr.line.rough import power_law_stiffness
 from pymdr.machine import memory_of_machine
@@ -29,14 +23,9 @@ from pymdr.problem.options import with_options
 from pymdr.problem.rough import RoughSurface
 from pymdr.solving.arguments import Loads, positive_loads
 from pymdr.solving.rough_lines import PREFIX, RoughLine, States, rough_line, whole_number
-from pymdr.solving.study import Column, Study, over_rows
+from pymdr.solving.study import Column, Study, dataset, over_rows
 from pymdr.solving.workers import Workers, checked_workers, in_order, is_cluster
-from pymdr.units import (
-    FloatArray,
-    QuantityLike,
-    newtons,
-    written,
-)
+from pymdr.units import FloatArray, QuantityLike, newtons, written
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -259,12 +248,6 @@ def _attributes(line: RoughLine, realisations: int) -> dict[str, float | int]:
     return known | {"radius": line.radius, "crossover_force": line.scale}
 
 
-def _curves(line: RoughLine, grid: FloatArray, drawn: FloatArray) -> dict[str, FloatArray]:
-    """Stiffnesses over the forces of a grid, and the closed forms."""
-    curves = {f"normal_stiffness{end}": values for end, values in _summed(drawn).items()}
-    return curves | _closed_forms(line, grid, curves["normal_stiffness"])[1]
-
-
 def _most_workers(line: RoughLine) -> int:
     """The number of cores, limited by the memory."""
     lines = memory_of_machine() / (8.0 * _COPIES * line.points)
@@ -323,15 +306,19 @@ def _closed_forms(
     return claims, columns
 
 
+def _curves(line: RoughLine, grid: FloatArray, drawn: FloatArray) -> dict[str, FloatArray]:
+    """Stiffnesses over the forces of a grid, and the closed forms."""
+    curves = {f"normal_stiffness{end}": values for end, values in _summed(drawn).items()}
+    return curves | _closed_forms(line, grid, curves["normal_stiffness"])[1]
+
+
 def _springs(line: RoughLine, depth: float) -> xr.Dataset:
     """The springs of the first line, thinned to the highest of each group, and the height of the plane."""
-    import xarray as xr
-
     heights = line.heights(0)
     every = -(-heights.size // _DRAWN)
     size = heights.size // every * every
     highest = heights[:size].reshape(-1, every).argmax(axis=1) + np.arange(0, size, every)
-    return xr.Dataset(
+    return dataset(
         {"height": ("x", heights[highest], {"units": "m"})},
         coords={"x": ("x", line.places[highest], {"units": "m"})},
         attrs={"plane": float(heights.max()) - depth}

@@ -16,13 +16,7 @@ from pymdr.mapping.rough import default_points, rough_heights
 from pymdr.problem.materials import Graded, Material, Rigid, Viscoelastic
 from pymdr.problem.profiles import ForceCurve
 from pymdr.problem.rough import GEIKE, RoughSurface
-from pymdr.units import (
-    FloatArray,
-    QuantityLike,
-    metres,
-    shown,
-    to_si,
-)
+from pymdr.units import FloatArray, QuantityLike, metres, shown, to_si
 
 if TYPE_CHECKING:
     pass
@@ -159,10 +153,6 @@ class RoughLine:
             Whether rows are forces.
         grid : ndarray
             In N.
-
-        Returns
-        -------
-        tuple of ndarray
         """
         heights = self.heights(realisation)
         last = self.end_depth(heights)

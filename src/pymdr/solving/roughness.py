@@ -23,7 +23,7 @@ from pymdr.mapping.surfaces.spectrum import (
 from pymdr.problem.rough import RoughSurface
 from pymdr.problem.topography import Topography
 from pymdr.problem.topography.preparing import interpolated_fraction
-from pymdr.solving.study import Column, Study
+from pymdr.solving.study import Column, Study, dataset
 from pymdr.units import FloatArray, QuantityLike, metres, shown, to_si
 
 if TYPE_CHECKING:
@@ -84,10 +84,6 @@ class SelfAffineFit:
         shortest : quantity, optional
             Its shortest wavelength in m, by default that of the fit; the law is extrapolated below it.
         seed : int, optional
-
-        Returns
-        -------
-        RoughSurface
 
         Raises
         ------
@@ -311,9 +307,7 @@ def _columns(bins: Bins, law: Law | None, resolved: float) -> xr.Dataset:
 
 
 def _labelled(values: dict[str, tuple[FloatArray, str]], q: FloatArray) -> xr.Dataset:
-    import xarray as xr
-
-    return xr.Dataset(
+    return dataset(
         {name: ("wave_number", column, {"units": unit}) for name, (column, unit) in values.items()},
         coords={"wave_number": ("wave_number", q, {"units": "m^-1"})},
     )

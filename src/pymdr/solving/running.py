@@ -13,12 +13,11 @@ from pymdr.problem.contact import Contact, require_contact
 from pymdr.solving.arguments import positive_row
 from pymdr.solving.frictional import pressed_joint
 from pymdr.solving.loops import friction_loop
-from pymdr.solving.study import Answer, Column, Study
+from pymdr.solving.study import Answer, Column, Study, dataset
 from pymdr.units import ArrayQuantityLike, FloatArray
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,17 +30,12 @@ class RunningConditions(Study):
     """Amplitude in m and load in N of the cycles of a record."""
 
     subject: ClassVar = "a map of running conditions"
+    _drawn: ClassVar = ("running_conditions_map", "data", "record")
     columns: ClassVar = {
         "normal_force": Column("force", "N"),
         "sliding_shift": Column("gross slip from", "m"),
         "indentation": Column("indentation", "m"),
     }
-
-    def _figure(self) -> Figure:
-        """Load against amplitude, with the regimes and the record."""
-        from pymdr.presentation.plot import running_conditions_map
-
-        return running_conditions_map(self.data, self.record)
 
 
 def running_conditions(
@@ -87,8 +81,6 @@ def running_conditions(
     >>> round(float(chart["sliding_shift"][1] / chart["sliding_shift"][0]), 12)
     4.0
     """
-    import xarray as xr
-
     loads = positive_row(normal_force, "N", "running_conditions", "normal_force")
     require_contact(contact, "running_conditions")
     path = None
@@ -110,7 +102,7 @@ def running_conditions(
     boundary = Claim(like.level, like.reason, like.source, everywhere)
     given = Claim(Level.EXACT, "prescribed", like.source, everywhere)
     return RunningConditions(
-        data=xr.Dataset(
+        data=dataset(
             {
                 "sliding_shift": ("normal_force", factor * depth, {"units": "m"}),
                 "indentation": ("normal_force", depth, {"units": "m"}),

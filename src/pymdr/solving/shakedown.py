@@ -21,7 +21,7 @@ from pymdr.line.lines import line_of
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import Path
 from pymdr.quantities import quantity
-from pymdr.solving.study import Column, Study
+from pymdr.solving.study import Column, Study, dataset
 from pymdr.solving.verb import solve
 from pymdr.solving.yielding import (
     SLIGHT,
@@ -168,15 +168,6 @@ def shakedown(
         raise ProblemError(
             f"shakedown: strength = {shown(strength)}; one finite strength above 0 Pa is needed"
         )
-    ratios = _checked_ratios(contact, force_ratio)
-    limits = [_limits_of(contact, side, ratio, limit) for ratio in ratios]
-    return _study(contact, ratios, limits, (limit, side))
-
-
-def _checked_ratios(
-    contact: Contact, force_ratio: QuantityLike | Sequence[QuantityLike] | None
-) -> list[float]:
-    """Ratios of tangential to normal force, increasing."""
     several = isinstance(force_ratio, Sequence | np.ndarray) and not isinstance(force_ratio, str)
     given: Sequence[QuantityLike | None] = force_ratio if several else [force_ratio]  # type: ignore[assignment, list-item]
     ratios = [checked_ratio(contact, one, "shakedown") for one in given]
@@ -184,7 +175,8 @@ def _checked_ratios(
         raise ProblemError(
             f"shakedown: force_ratio = {shown(force_ratio)}; at least one ratio is needed, several in increasing order"
         )
-    return ratios
+    limits = [_limits_of(contact, side, ratio, limit) for ratio in ratios]
+    return _study(contact, ratios, limits, (limit, side))
 
 
 def _limits_of(contact: Contact, side: str | None, ratio: float, strength: float) -> _Limits:
@@ -230,8 +222,6 @@ def _limits_of(contact: Contact, side: str | None, ratio: float, strength: float
 def _study(
     contact: Contact, ratios: list[float], limits: list[_Limits], how: tuple[float, str | None]
 ) -> Shakedown:
-    import xarray as xr
-
     strength, side = how
     depths = np.array([one[:3] for one in limits])
     order = np.unique(depths)
@@ -269,7 +259,7 @@ def _study(
         return {"units": row.unit, "long_name": row.long_name + which}
 
     return Shakedown(
-        data=xr.Dataset(
+        data=dataset(
             {name: ("force_ratio", values, attributes(name)) for name, values in columns.items()},
             coords={"force_ratio": ("force_ratio", ratios, {"units": ""})},
         ),

@@ -5,18 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pymdr.errors import ConvergenceError, PathError, ProblemError
 from pymdr.interpretation.ellipses import EllipseSurface
-from pymdr.interpretation.shapes import (
-    LowerBound,
-    shape_assumptions,
-    shape_claims,
-    shape_theory,
-)
+from pymdr.interpretation.shapes import LowerBound, shape_assumptions, shape_claims, shape_theory
 from pymdr.interpretation.thickness import thickness_assumption
 from pymdr.interpretation.validity import Assumption, BoolArray, Claim
 from pymdr.line.ellipses import ellipse_bounds
@@ -186,7 +181,10 @@ def _depths(
         states = pressed_shape.at(x)
         force, stiffness = pressed_shape.modulus * states.force, pressed_shape.modulus * states.stiffness
         if np.isnan(force).any():
-            _refuse_unknown(float(x[np.isnan(force)][0]))
+            raise PathError(
+                f"at an indentation of {metres(float(x[np.isnan(force)][0]))} there is no estimate of the force, and the lower bound alone gives no indentation for "
+                "a prescribed force or travel; prescribe the indentation, or a smaller load"
+            )
         if compliance is None:
             step = (force - target) / stiffness
         else:
@@ -198,13 +196,6 @@ def _depths(
         x = new
     raise ConvergenceError(
         f"the search for the indentation at the prescribed force or travel did not converge (last value {metres(float(x[-1]))}); prescribe the indentation"
-    )
-
-
-def _refuse_unknown(depth: float) -> NoReturn:
-    raise PathError(
-        f"at an indentation of {metres(depth)} there is no estimate of the force, and the lower bound alone gives no indentation for "
-        "a prescribed force or travel; prescribe the indentation, or a smaller load"
     )
 
 

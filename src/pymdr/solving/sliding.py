@@ -39,7 +39,6 @@ from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, metres, wri
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
 _PREFIX = "sliding_friction"
 _SETTLED = 1e-13
@@ -67,6 +66,7 @@ class SlidingFriction(Study):
     ``numerical_error`` the relative numerical errors at every speed, in addition to those of the model.
     """
     subject: ClassVar = "a sliding contact"
+    _drawn: ClassVar = ("sliding_study", "data")
     columns: ClassVar = {
         "speed": Column("speed", "m/s"),
         "friction_coefficient": Column("F_x/F_N", ""),
@@ -79,12 +79,6 @@ class SlidingFriction(Study):
         "fast_limit": Column("fast limit", ""),
     }
     summary_claims: ClassVar = ("friction_coefficient", "slow_limit", "fast_limit")
-
-    def _figure(self) -> Figure:
-        """Coefficient of friction against speed between its limits, and where contact ends."""
-        from pymdr.presentation.plot import sliding_study
-
-        return sliding_study(self.data)
 
 
 def sliding_friction(

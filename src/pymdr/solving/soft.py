@@ -21,15 +21,7 @@ from pymdr.mapping.relaxation import Relaxation
 from pymdr.problem.contact import Contact
 from pymdr.problem.schedule import Stretch, planned, total_rows
 from pymdr.result import Result, Status
-from pymdr.solving.memory import (
-    assumptions_with_memory,
-    error_of,
-    has_times_of_rows,
-    later_too,
-    span_along,
-    times_along,
-    times_of,
-)
+from pymdr.solving import memory
 from pymdr.solving.normal import refuse_tangential
 from pymdr.solving.reach import notes_of
 from pymdr.solving.walk import (
@@ -94,7 +86,7 @@ def solve_soft(task: Task) -> Result:
     )
     setting, levels, walked = _followed(task)
     assert walked.time is not None
-    if not setting.relaxation.rubbery > 0.0 and has_times_of_rows(task.path):
+    if not setting.relaxation.rubbery > 0.0 and memory.has_times_of_rows(task.path):
         setting, levels, walked = _followed(task, walked.time)
     watched = _watched(task)
     surface = _surface(task, setting, walked.rows.fine, walked.starts)
@@ -184,13 +176,13 @@ def _line_at(task: Task, setting: ZoneSetting, starts: Sequence[Channels], row: 
 
 
 def _relaxation(task: Task, time: FloatArray | None, level: ZoneLevel) -> Relaxation:
-    return zone_relaxation(task.contact, span_along(task.contact, task.path, time), level)
+    return zone_relaxation(task.contact, memory.span_along(task.contact, task.path, time), level)
 
 
 def _setting(task: Task, time: FloatArray | None = None) -> ZoneSetting:
     """The springs, and the largest zone, of the softest contact at the largest target of the path."""
     relaxation = _relaxation(task, time, FINE)
-    longest = math.inf if relaxation.rubbery > 0.0 else times_along(task.path, time)[1]
+    longest = math.inf if relaxation.rubbery > 0.0 else memory.times_along(task.path, time)[1]
     largest: dict[float, float] = {}
     for leg in planned(task.path):
         target = np.ravel(np.asarray(getattr(leg.leg, leg.controls.normal, 0.0), dtype=float))
@@ -246,7 +238,7 @@ def controls_of(
 
 def _controls(stretch: Stretch, stiffness: float | None) -> tuple[FloatArray, FloatArray, float]:
     """Times and controls of a leg, from those before it on, and the stiffness of the machine."""
-    time = np.append(stretch.begin, times_of(stretch))
+    time = np.append(stretch.begin, memory.times_of(stretch))
     control = np.append(stretch.start[0], stretch.normal)
     if math.isnan(control[0]):  # lost under a force
         control[0] = control[1]
@@ -319,7 +311,7 @@ def _interpret(
         columns=columns,
         claims=claims,
         assumptions=(
-            *assumptions_with_memory(task.contact, fine["contact_radius"]),
+            *memory.assumptions_with_memory(task.contact, fine["contact_radius"]),
             *check.assumptions,
             energy_assumption(_residual(rows, balance, work), _BALANCED),
         ),
@@ -340,7 +332,7 @@ def _errors(rows: ZoneRows, columns: dict[str, FloatArray], balance: FloatArray)
     errors = {}
     for name in _COMPARED:
         difference = np.where(differ, 0.0, _difference(rows, name))
-        errors[name] = error_of(fine[name], fine[name] + difference)
+        errors[name] = memory.error_of(fine[name], fine[name] + difference)
     sizes = np.abs(columns["external_work"]) + np.abs(fine["elastic_energy"]) + np.abs(fine["surface_energy"])
     whole = np.maximum.accumulate(np.nan_to_num(sizes))
     # the balance of the energies, of which each has its own quadrature, and what a change of all of them leaves in balance
@@ -350,7 +342,7 @@ def _errors(rows: ZoneRows, columns: dict[str, FloatArray], balance: FloatArray)
     )
     # all levels may miss the instant of a jump alike
     worked *= 1.0 + np.maximum.accumulate(fine["jumped"])
-    missed += later_too(np.maximum(body + 2.0 * jumps, worked), whole)
+    missed += memory.later_too(np.maximum(body + 2.0 * jumps, worked), whole)
     with np.errstate(divide="ignore", invalid="ignore"):
         errors["dissipated_energy"] = np.minimum(
             np.nan_to_num(missed / np.abs(columns["dissipated_energy"])), 1.0

@@ -63,6 +63,8 @@ class Answer:
     """The quantities whose claims the summary shows; all by default."""
     claims_of_rows: ClassVar[bool] = True
     """Whether the claims are about the rows of the data, whose tables then show their errors."""
+    _drawn: ClassVar[tuple[str, ...]] = ()
+    """The function of :mod:`pymdr.presentation.plot` that draws the study, and the attributes that it draws."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "claims", Claims(self.claims))
@@ -86,9 +88,13 @@ class Answer:
 
     def _figure(self) -> Figure:
         """The figure; by default the columns of the summary over the rows."""
-        from pymdr.presentation.plot import columns_study
+        from pymdr.presentation import plot
 
-        return columns_study(self.data, {name: column.label for name, column in self.columns.items()})
+        if self._drawn:
+            draw, *parts = self._drawn
+            figure: Figure = getattr(plot, draw)(*(getattr(self, part) for part in parts))
+            return figure
+        return plot.columns_study(self.data, {name: column.label for name, column in self.columns.items()})
 
     def groups(self) -> dict[str, dict[str, float]]:
         """Single numbers in SI units under headings, by the names of their quantities."""
@@ -355,6 +361,17 @@ def number(name: str, doc: str) -> property:
     return property(lambda study: float(study.data[name]), doc=doc)
 
 
+def dataset(
+    variables: Mapping[str, Any],
+    coords: Mapping[str, Any] | None = None,
+    attrs: Mapping[str, Any] | None = None,
+) -> xr.Dataset:
+    """A data set of xarray, which is imported when the first one is made."""
+    import xarray as xr
+
+    return xr.Dataset(variables, coords, attrs)
+
+
 def over_rows(
     over: str,
     along: ArrayLike,
@@ -363,12 +380,11 @@ def over_rows(
     attrs: Mapping[str, Any] | None = None,
 ) -> xr.Dataset:
     """Columns over one coordinate, with the units of their labels; bands have the unit of their quantity."""
-    import xarray as xr
 
     def unit(name: str) -> dict[str, str]:
         return {"units": labels[name.removesuffix("_low").removesuffix("_high")].unit}
 
-    return xr.Dataset(
+    return dataset(
         {name: (over, values, unit(name)) for name, values in columns.items()},
         coords={over: (over, along, unit(over))} if over in labels else {},
         attrs=attrs,

@@ -30,10 +30,9 @@ from pymdr.problem.values import Value
 from pymdr.quantities import AXES, magnitudes, quantity
 from pymdr.result import Result, Status
 from pymdr.solving.batch import Request, solutions
-from pymdr.solving.kept import KeptParts
-from pymdr.solving.study import Study
+from pymdr.solving.study import Study, dataset
 from pymdr.solving.verb import read_stiffness
-from pymdr.solving.workers import Workers
+from pymdr.solving.workers import KeptParts, Workers
 from pymdr.units import FloatArray, QuantityLike, shown, to_si_array, written
 
 if TYPE_CHECKING:
@@ -125,13 +124,9 @@ class Sweep(Study):
         """
         A quantity along the path at every point, and its largest value over the first parameter; of vectors the magnitudes.
 
-        Parameters
-        ----------
-        name : str
-
         Returns
         -------
-        matplotlib.figure.Figure
+        matplotlib.figure.
         """
         from pymdr.presentation.plot import sweep_curves
 
@@ -216,7 +211,11 @@ def sweep(
     """
     require_contact(contact, "sweep")
     wanted = None if quantities is None else _names(quantities)
-    axes = _axes(contact, over)
+    if not isinstance(over, Mapping) or not over:
+        raise ProblemError(
+            f"sweep: over = {shown(over)}; parameters with their values are needed, such as {{'body.young': ['1 MPa', '2 MPa']}}"
+        )
+    axes = [_axis(contact, str(name), values) for name, values in over.items()]
     keep, stiffness = options.get("keep"), options.get("machine_stiffness")
     machine = None if stiffness is None else read_stiffness(stiffness)
     points = list(product(*(axis.values for axis in axes)))
@@ -250,14 +249,6 @@ def _names(quantities: Any) -> list[str]:
             f"sweep: quantities = {shown(quantities)}; a list of names is needed, such as ['normal_force']"
         )
     return names
-
-
-def _axes(contact: Contact, over: Mapping[str, Any]) -> list[_Axis]:
-    if not isinstance(over, Mapping) or not over:
-        raise ProblemError(
-            f"sweep: over = {shown(over)}; parameters with their values are needed, such as {{'body.young': ['1 MPa', '2 MPa']}}"
-        )
-    return [_axis(contact, str(name), values) for name, values in over.items()]
 
 
 def _axis(contact: Contact, name: str, values: Any) -> _Axis:
@@ -377,11 +368,9 @@ class _Answers:
 
     def block(self, first: int, end: int) -> xr.Dataset:
         """A dataset of some points over ``part``."""
-        import xarray as xr
-
         part = slice(first, end)
         texts = {"status": self.status, "refusal": self.refusal, "claims": self.claims}
-        return xr.Dataset(
+        return dataset(
             {
                 name: (("part", "step", "axis")[: values.ndim], values[part])
                 for name, values in self.columns.items()
@@ -404,8 +393,6 @@ class _Answers:
 
     def swept(self, contact: Contact, axes: Sequence[_Axis]) -> Sweep:
         """The whole grid, or the error of the first point if all failed."""
-        import xarray as xr
-
         if np.all(self.refusal != ""):
             raise ProblemError(
                 f"sweep: none of {self.known.size} points can be solved; the first: {self.refusal[0]}"
@@ -428,7 +415,7 @@ class _Answers:
             for name, values in (("status", self.status), ("refusal", self.refusal))
         }
         return Sweep(
-            contact=contact, data=xr.Dataset(data | texts, coords=coords | self.rows), claims=self._weakest()
+            contact=contact, data=dataset(data | texts, coords=coords | self.rows), claims=self._weakest()
         )
 
     def _weakest(self) -> dict[str, Claim]:

@@ -18,7 +18,7 @@ from pymdr.solving.edge_work import EdgeWork, edge_work_of
 from pymdr.solving.memory import relaxation_along
 from pymdr.solving.pulloff import adhesive, elastic_pull_off, unit_of
 from pymdr.solving.retraction import TackTest, dwell_of_test, speed_of_test, stiffness_of_test
-from pymdr.solving.study import Column, Study
+from pymdr.solving.study import Column, Study, dataset
 from pymdr.solving.tack import TackPullOff, relaxed_contact, tack_tests
 from pymdr.solving.workers import Workers
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_si_array
@@ -204,11 +204,9 @@ def _over_both(
     answers: list[TackPullOff], axes: tuple[FloatArray, FloatArray], slow: float, fast: list[float]
 ) -> xr.Dataset:
     """The numbers of all tests over speed in m/s and dwell in s, and the limits in N."""
-    import xarray as xr
-
     v, times = axes
     shape = (v.size, times.size)
-    return xr.Dataset(
+    return dataset(
         {name: (("speed", "dwell"), _grid(answers, name, shape), {"units": unit_of(name)}) for name in _NAMES}
         | {
             "slow_limit": ((), slow, {"units": "N"}),

@@ -122,7 +122,16 @@ def check_request(
 ) -> tuple[float | None, np.ndarray | None]:
     """The stiffness in N/m and the kept rows; raise if the problem cannot be posed."""
     check_problem(contact, path)
-    stiffness = _stiffness(machine_stiffness, path)
+    stiffness = None if machine_stiffness is None else read_stiffness(machine_stiffness)
+    if stiffness == 0.0:
+        raise ProblemError("solve: machine_stiffness = 0 is a dead load: prescribe it with load(...) instead")
+    if stiffness is None:
+        for leg in planned(path):
+            if "travel" in named_channels(leg.leg):
+                raise PathError(
+                    f"leg {leg.number} prescribes travel, the channel of a machine: give machine_stiffness, for example '0.1 N/m' (in a "
+                    "case file under [solve]), or prescribe the indentation"
+                )
     if keep is not None and contact.friction is None:
         raise ProblemError("solve: keep= is for contacts with friction; other contacts keep every row")
     if keep is not None and contact.is_viscoelastic:
@@ -145,20 +154,6 @@ def check_problem(contact: Contact, path: LoadingPath) -> None:
         raise PathError(f"solve: {shown(path)} is not a path; {remedy}")
     known_legs(path)
     check_times(path, needed=contact.is_viscoelastic)
-
-
-def _stiffness(value: QuantityLike | None, path: LoadingPath) -> float | None:
-    stiffness = None if value is None else read_stiffness(value)
-    if stiffness == 0.0:
-        raise ProblemError("solve: machine_stiffness = 0 is a dead load: prescribe it with load(...) instead")
-    if stiffness is None:
-        for leg in planned(path):
-            if "travel" in named_channels(leg.leg):
-                raise PathError(
-                    f"leg {leg.number} prescribes travel, the channel of a machine: give machine_stiffness, for example '0.1 N/m' (in a "
-                    "case file under [solve]), or prescribe the indentation"
-                )
-    return stiffness
 
 
 def read_stiffness(value: QuantityLike) -> float:

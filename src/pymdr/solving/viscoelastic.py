@@ -45,17 +45,7 @@ from pymdr.problem.profiles import ForceCurve
 from pymdr.problem.schedule import Stretch, known_legs
 from pymdr.result import Result, Status
 from pymdr.rows import taken
-from pymdr.solving.memory import (
-    OWN_ERRORS,
-    assumptions_with_memory,
-    depends_on_rows,
-    error_of_levels,
-    refuse_sudden,
-    relative_errors,
-    relaxation_along,
-    times_of,
-    travelled,
-)
+from pymdr.solving import memory
 from pymdr.solving.normal import check_normal_path, refuse_tension
 from pymdr.solving.reach import notes_of, refuse_unreachable
 from pymdr.solving.walk import (
@@ -112,11 +102,11 @@ class MemoryRows:
 def solve_viscoelastic(task: Task) -> Result:
     """Map, walk and interpret."""
     check_normal_path(task.path)
-    relaxation = relaxation_along(task.contact, task.path)
+    relaxation = memory.relaxation_along(task.contact, task.path)
     line = unit_line_of(task.contact)
     walked = walk(task, None, partial(_step, task, line, relaxation))
-    if depends_on_rows(task.contact, task.path):
-        relaxation = relaxation_along(task.contact, task.path, walked.time)
+    if memory.depends_on_rows(task.contact, task.path):
+        relaxation = memory.relaxation_along(task.contact, task.path, walked.time)
         walked = walk(task, None, partial(_step, task, line, relaxation))
     return solution(task, walked, interpreted(task, line, relaxation, walked))
 
@@ -146,8 +136,8 @@ def _step(
 
 def refuse_untimed(stretch: Stretch, relaxation: Relaxation) -> None:
     """Refuse legs without times, tensile forces, and moves that would need an infinite force."""
-    times_of(stretch)
-    refuse_sudden(stretch, relaxation)
+    memory.times_of(stretch)
+    memory.refuse_sudden(stretch, relaxation)
     if stretch.by_force:
         refuse_tension(stretch.leg, stretch.normal)
 
@@ -211,7 +201,7 @@ def untouched_states(task: Task, line: Line, relaxation: Relaxation, stretch: St
     try:
         if stretch.by_force and deepest > 0.0:
             time, force = (
-                np.append(stretch.begin, times_of(stretch)),
+                np.append(stretch.begin, memory.times_of(stretch)),
                 np.append(stretch.start[0], stretch.normal),
             )
             deepest = max(deepest, deepest_under(line, relaxation, time, force))
@@ -351,13 +341,13 @@ def interpreted(task: Task, line: Line, relaxation: Relaxation, walked: Walked[M
     claims = with_errors(
         claims,
         errors,
-        f"; energies are those of the springs and dashpots that the rheology names{OWN_ERRORS}",
+        f"; energies are those of the springs and dashpots that the rheology names{memory.OWN_ERRORS}",
         f"as {SPRINGS} springs do",
     )
     return Interpretation(
         columns=columns,
         claims=claims,
-        assumptions=assumptions_with_memory(task.contact, radius, float(np.max(depth))),
+        assumptions=memory.assumptions_with_memory(task.contact, radius, float(np.max(depth))),
         status=status_of(claims),
         notes=tuple(notes),
         references=("sneddon", "popov-hess", "ting"),
@@ -420,7 +410,7 @@ def _errors(rows: MemoryRows) -> dict[str, FloatArray]:
     }
     coarser = zip(rows.coarse.T, rows.coarsest.T, strict=True)
     return {
-        name: error_of_levels(values, *pair)
+        name: memory.error_of_levels(values, *pair)
         for (name, values), pair in zip(fine.items(), coarser, strict=True)
     }
 
@@ -435,18 +425,18 @@ def kernel_errors(
     is left after a retreat is small beside; a depth by the same of int J(t - s) |d(F/k)|; energies by what such forces do.
     """
     elastic = normal_force(line, states_at_depth(line, rows.indentation))
-    bears = travelled(relaxation, relaxed, time, elastic)
+    bears = memory.travelled(relaxation, relaxed, time, elastic)
     stiffness = line.stiffness(rows.contact_radius)
     load = np.divide(rows.normal_force, stiffness, out=np.zeros(time.size), where=stiffness > 0.0)
-    creeps = travelled(relaxation, compliant, time, load)
+    creeps = memory.travelled(relaxation, compliant, time, load)
     work = 2.0 * np.cumsum(bears * np.abs(np.diff(rows.indentation, prepend=0.0)))
     return {
-        "normal_force": relative_errors(bears, rows.normal_force),
-        "indentation": relative_errors(creeps, rows.indentation),
-        "contact_radius": relative_errors(creeps, rows.indentation),
-        "elastic_energy": relative_errors(work, rows.stored),
-        "dissipated_energy": relative_errors(work, rows.dissipated),
-        "external_work": relative_errors(work, rows.work),
+        "normal_force": memory.relative_errors(bears, rows.normal_force),
+        "indentation": memory.relative_errors(creeps, rows.indentation),
+        "contact_radius": memory.relative_errors(creeps, rows.indentation),
+        "elastic_energy": memory.relative_errors(work, rows.stored),
+        "dissipated_energy": memory.relative_errors(work, rows.dissipated),
+        "external_work": memory.relative_errors(work, rows.work),
     }
 
 

@@ -183,7 +183,11 @@ def solution(task: Task, walked: Walked[Any], interpretation: Interpretation) ->
         assumptions=own.assumptions,
         status=own.status,
         notes=notes,
-        references=(*own.references, *_body_sources(task.contact), *_conduction_sources(valid)),
+        references=(
+            *own.references,
+            *_body_sources(task.contact),
+            *(CONDUCTION_SOURCES if any(each.quantity in valid for each in CONDUCTIONS) else ()),
+        ),
         machine_stiffness=task.machine_stiffness,
         starts=own.starts,
         rings=task.solver,
@@ -205,7 +209,3 @@ def _body_sources(contact: Contact) -> tuple[str, ...]:
     if samples_of(contact):
         keys.append(THICKNESS_SOURCE)
     return tuple(dict.fromkeys(keys))
-
-
-def _conduction_sources(columns: Mapping[str, FloatArray]) -> tuple[str, ...]:
-    return CONDUCTION_SOURCES if any(each.quantity in columns for each in CONDUCTIONS) else ()

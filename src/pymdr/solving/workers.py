@@ -1,15 +1,23 @@
-"""Parts of a work in order: in this process, on the cores of this machine, or on a dask cluster."""
+"""Parts of a work in order, in this process, on the cores of this machine or on a dask cluster, and a folder of the finished ones."""
 
 from __future__ import annotations
 
+import hashlib
+import json
+import os
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from typing import Any, TypeVar
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from pymdr.errors import ProblemError, PymdrError
+from pymdr.errors import FileError, ProblemError, PymdrError
 from pymdr.units import shown
+from pymdr.version import __version__
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Part = TypeVar("Part")
 Answer = TypeVar("Answer")
@@ -115,3 +123,61 @@ def _handed_out(
     finally:
         for one in pending:
             one.cancel()
+
+
+_MARK = "pymdr_work"
+_FIRST = "first_part"
+
+
+class KeptParts:
+    """
+    A folder of the finished parts of one computation, numbered from 0.
+
+    Parameters
+    ----------
+    folder : path
+        Created if it does not exist.
+    work : mapping
+        Identity of the computation, JSON-serialisable; a folder of another computation or version of pymdr is refused.
+
+    Raises
+    ------
+    FileError
+        If the folder cannot be created, or contains parts of another computation.
+    """
+
+    def __init__(self, folder: str | os.PathLike[str], work: Mapping[str, Any]) -> None:
+        from pymdr.presentation.files import named_file
+
+        self.folder = named_file(folder, "write")
+        identity = {**work, "version": __version__}
+        self.mark = hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise FileError(
+                f"cannot write into {self.folder}: {error.strerror or error}; choose another folder"
+            ) from error
+
+    def _files(self) -> list[Path]:
+        return sorted(self.folder.glob("parts-*.nc"))
+
+    def parts(self) -> Iterator[tuple[int, xr.Dataset]]:
+        """The finished parts: the number of the first in a file, and the file's dataset over ``part``."""
+        from pymdr.presentation.files import read_dataset
+
+        for file in self._files():
+            part = read_dataset(file)
+            if part.attrs.get(_MARK) != self.mark:
+                raise FileError(
+                    f"{file} belongs to another computation: its arguments, or the version of pymdr, have changed; use "
+                    "another folder, or empty this one"
+                )
+            yield int(part.attrs[_FIRST]), part
+
+    def keep(self, first: int, finished: xr.Dataset) -> None:
+        """Write finished parts, whole or not at all."""
+        from pymdr.presentation.files import write_dataset
+
+        marked = finished.assign_attrs({_MARK: self.mark, _FIRST: first})
+        write_dataset(marked, self.folder / f"parts-{first:09d}.nc")

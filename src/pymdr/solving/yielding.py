@@ -28,7 +28,7 @@ from pymdr.problem.layers import Layered
 from pymdr.problem.materials import Elastic, Material
 from pymdr.problem.paths import Path
 from pymdr.quantities import quantity
-from pymdr.solving.study import Column, Study
+from pymdr.solving.study import Column, Study, dataset
 from pymdr.solving.verb import solve
 from pymdr.units import QuantityLike, metres, shown, to_si, written
 
@@ -335,8 +335,6 @@ def _study(
     notes: list[str],
     how: tuple[str | None, float],
 ) -> FirstYield:
-    import xarray as xr
-
     # rising, so that nothing is unloaded
     depths, places = results
     order = np.argsort(depths)
@@ -364,7 +362,7 @@ def _study(
     }
     claims = {name: result.claims.get(name, stress) for name in columns}
     return FirstYield(
-        data=xr.Dataset(variables, coords={"criterion": criteria}),
+        data=dataset(variables, coords={"criterion": criteria}),
         claims=claims,
         assumptions=result.assumptions,
         notes=(*result.notes, *notes),

@@ -7,14 +7,14 @@ the points in between: the force converges with the third power of the ring widt
 the second. Inside the solver lengths are divided by the largest radius, pressures by E*.
 """
 
-from pymdr.independent.rings.active import active_set as active_set
-from pymdr.independent.rings.active import leading_inverses as leading_inverses
-from pymdr.independent.rings.active import product as product
-from pymdr.independent.rings.edges import edge_fit as edge_fit
 from pymdr.independent.rings.meshes import RingMesh as RingMesh
 from pymdr.independent.rings.meshes import RingProblem as RingProblem
 from pymdr.independent.rings.meshes import RingState as RingState
+from pymdr.independent.rings.meshes import edge_fit as edge_fit
+from pymdr.independent.rings.settling import active_set as active_set
 from pymdr.independent.rings.settling import bulge_radius as bulge_radius
+from pymdr.independent.rings.settling import leading_inverses as leading_inverses
+from pymdr.independent.rings.settling import product as product
 from pymdr.independent.rings.solution import RingSolution as RingSolution
 from pymdr.independent.rings.solution import displacement_at as displacement_at
 from pymdr.independent.rings.solution import pressure_at as pressure_at

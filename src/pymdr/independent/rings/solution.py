@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymdr.independent.rings.edges import edge_fit, sharp_correction
-from pymdr.independent.rings.meshes import RingProblem, RingState
+from pymdr.independent.rings.meshes import RingProblem, RingState, edge_fit, sharp_correction
 from pymdr.independent.rings.surfaces import HALF_SPACE, Array, Surface, Zones, valid_radii
 
 

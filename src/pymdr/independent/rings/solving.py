@@ -9,8 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pymdr.errors import ProblemError
-from pymdr.independent.rings.edges import edge_fit
-from pymdr.independent.rings.meshes import RingMesh, RingProblem, RingState, mesh_of, panels_of
+from pymdr.independent.rings.meshes import RingMesh, RingProblem, RingState, edge_fit, mesh_of, panels_of
 from pymdr.independent.rings.settling import settle
 from pymdr.independent.rings.solution import RingSolution, solution_of
 from pymdr.independent.rings.surfaces import (

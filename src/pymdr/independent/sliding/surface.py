@@ -89,10 +89,6 @@ def make_surface(half_width: float, n: int, body: Material, counterbody: Materia
     n : int
     body, counterbody : Elastic, TransverselyIsotropic or Rigid
 
-    Returns
-    -------
-    Surface
-
     Raises
     ------
     ProblemError

@@ -20,13 +20,7 @@ from pymdr.line.adhesion.full_stick import ShearedJKR
 from pymdr.line.adhesion.hysteresis import EdgeJKR, Works, edge_states
 from pymdr.line.adhesion.kernels import jkr_force, jkr_power_law_force
 from pymdr.line.adhesion.maugis import MaugisDugdale, maugis_dugdale
-from pymdr.line.adhesion.short_range import (
-    DMT,
-    JKR,
-    energy_release_rate,
-    jkr_opening,
-    stress_intensity,
-)
+from pymdr.line.adhesion.short_range import DMT, JKR, energy_release_rate, jkr_opening, stress_intensity
 
 __all__ = [
     "DMT",

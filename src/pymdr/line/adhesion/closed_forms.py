@@ -264,14 +264,10 @@ def power_law_pull_off(
     a = np.where(k == 0.0, radius_high, radius_low)
     if np.any(soft):
         a[soft] = _soft_radius(*(x[soft] for x in (base, power, k / (2.0 * E), radius_low, radius_high)))
-    xi = _xi(k, E, a)
+    # ½ (3 + σ)/(1 + σ), σ = k/2E*a, written for σ = inf too
+    xi = 0.5 + 1.0 / (1.0 + k / (2.0 * E * a))
     opening = np.sqrt(2.0 * np.pi * a * gamma / E)
     return PullOff(a, opening * (xi / n - 1.0), 2.0 * E * a * opening * (xi / (n + 1.0) - 1.0))
-
-
-def _xi(k: FloatArray, modulus: FloatArray, radius: FloatArray) -> FloatArray:
-    """Return ½ (3 + σ)/(1 + σ), σ = k/2E*a, written for σ = inf too."""
-    return 0.5 + 1.0 / (1.0 + k / (2.0 * modulus * radius))
 
 
 def _soft_radius(

@@ -22,8 +22,7 @@ from numpy.typing import NDArray
 
 from pymdr.errors import ConvergenceError
 from pymdr.line.adhesion.equivalent_line import inner_knots
-from pymdr.line.adhesion.zone_panels import panel_integrals
-from pymdr.line.adhesion.zone_shape import segment, zone_root
+from pymdr.line.adhesion.zone_panels import panel_integrals, segment, zone_root
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.equivalent.panels import PanelLine
 from pymdr.numerics.panels import Place, Position, rounded

@@ -15,14 +15,9 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import ProblemError
 from pymdr.line.adhesion.cohesive_zone import solve_width, zone_integrals
-from pymdr.line.adhesion.equivalent_line import (
-    States,
-    as_floats,
-    inner_knots,
-    own_edge,
-)
+from pymdr.line.adhesion.equivalent_line import States, as_floats, inner_knots, own_edge
 from pymdr.line.adhesion.radii import Radii, radii_of
-from pymdr.line.adhesion.zone_shape import segment, zone_root
+from pymdr.line.adhesion.zone_panels import segment, zone_root
 from pymdr.line.curves import ElasticLine
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.equivalent.panels import PanelLine

@@ -159,6 +159,10 @@ class JKR:
     work: float
     ranged: ClassVar[bool] = False
     """Whether the attraction reaches beyond the contact."""
+    touch: ClassVar[float] = 0.0
+    """Indentation of the first touch [m]."""
+    contact: ClassVar[float] = 0.0
+    """The parameter where contact begins [m]."""
 
     @property
     def start(self) -> float:
@@ -176,16 +180,6 @@ class JKR:
         edge = self._edge
         own = (edge,) if np.isfinite(edge) else ()
         return tuple(sorted({*inner_knots(self.line), *self._radii.knots, *own}))
-
-    @property
-    def touch(self) -> float:
-        """Indentation of the first touch [m]."""
-        return 0.0
-
-    @property
-    def contact(self) -> float:
-        """The parameter where contact begins [m]."""
-        return 0.0
 
     def parameter_below(self, radius: float, zone: float, depth: float) -> float:
         """Return a parameter near that of the state of a given contact radius and indentation, not above it [m]."""
@@ -290,15 +284,16 @@ class DMT:
     pull: float
     ranged: ClassVar[bool] = True
     """Whether the attraction reaches beyond the contact."""
+    start: ClassVar[float] = 0.0
+    """The parameter of the first touch [m]."""
+    touch: ClassVar[float] = 0.0
+    """Indentation of the first touch [m]."""
+    contact: ClassVar[float] = 0.0
+    """The parameter where contact begins [m]."""
 
     @cached_property
     def _bare(self) -> JKR:
         return JKR(self.line, 0.0)
-
-    @property
-    def start(self) -> float:
-        """The parameter of the first touch [m]."""
-        return 0.0
 
     @property
     def limit(self) -> float:
@@ -309,16 +304,6 @@ class DMT:
     def knots(self) -> tuple[float, ...]:
         """Parameters where the curve is not smooth [m]."""
         return self._bare.knots
-
-    @property
-    def touch(self) -> float:
-        """Indentation of the first touch [m]."""
-        return 0.0
-
-    @property
-    def contact(self) -> float:
-        """The parameter where contact begins [m]."""
-        return 0.0
 
     def parameter_below(self, radius: float, zone: float, depth: float) -> float:
         """Return a parameter near that of a state, as `JKR` does [m]."""

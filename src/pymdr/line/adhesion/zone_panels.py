@@ -17,7 +17,6 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from pymdr.line.adhesion.zone_shape import segment
 from pymdr.mapping.equivalent.panels import PanelLine
 from pymdr.mapping.images import Image
 from pymdr.numerics.panels import (
@@ -33,6 +32,27 @@ from pymdr.numerics.panels import (
 )
 from pymdr.numerics.quadrature import gauss
 from pymdr.units import FloatArray
+
+
+def zone_root(radius: FloatArray, width: FloatArray) -> FloatArray:
+    """Return sqrt(c² - a²) [m] of a zone from a with c = a + δ, without subtraction."""
+    return np.sqrt(width * (2.0 * radius + width))
+
+
+def segment(angle: FloatArray) -> FloatArray:
+    """Return ψ - sin ψ cos ψ, by its series where the difference would cancel.
+
+    Examples
+    --------
+    >>> bool(abs(segment(np.array(1e-4)) / (2e-12 / 3) - 1) < 1e-8)
+    True
+    """
+    z = (2.0 * angle) ** 2
+    series = np.ones_like(z)
+    for k in (14, 12, 10, 8, 6, 4):
+        series = 1.0 - z * series / (k * (k + 1))
+    return np.where(angle < 0.4, angle * z * series / 6.0, angle - np.sin(angle) * np.cos(angle))
+
 
 _Index = NDArray[np.intp]
 

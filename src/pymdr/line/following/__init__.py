@@ -18,16 +18,7 @@ from pymdr.line.following.curves import (
 )
 from pymdr.line.following.hysteresis import EdgeHistory, follow_with_hysteresis
 from pymdr.line.following.moved import Branches, HystereticTracks, RestingBranches, tabulated_track
-from pymdr.line.following.paths import (
-    Balance,
-    History,
-    Jumps,
-    Route,
-    energy_balance,
-    follow,
-    pressed,
-    pulled,
-)
+from pymdr.line.following.paths import Balance, History, Jumps, Route, energy_balance, follow, pressed, pulled
 from pymdr.line.following.tracks import Track, Transitions, settled, trace
 
 __all__ = [

@@ -11,18 +11,25 @@ by the first history followed, not by importing this module. Most arguments are 
 be followed ends the run: later values are NaN, and the result states the row.
 """
 
-from pymdr.line.friction.closed_forms import cattaneo_mindlin, loop_energy, shift_ratio_at
+from pymdr.line.friction.closed_forms import (
+    SpringHistory,
+    cattaneo_mindlin,
+    loop_energy,
+    shift_ratio_at,
+    springs,
+)
 from pymdr.line.friction.collisions import TangentialMotion, follow_collision
 from pymdr.line.friction.curves import ElasticCurves, curves_of, power_law_curves, tabulated_curves
 from pymdr.line.friction.driver import depths_at_force, evaluate
 from pymdr.line.friction.histories import (
+    FrictionLeg,
+    Replay,
     follow_displacements,
     follow_forces,
     follow_indentation_with_force,
+    follow_leg,
     follow_load_with_shift,
 )
-from pymdr.line.friction.replay import FrictionLeg, Replay, follow_leg
-from pymdr.line.friction.springs import SpringHistory, springs
 from pymdr.line.friction.stacks import Stacks
 from pymdr.line.friction.state import (
     Ending,

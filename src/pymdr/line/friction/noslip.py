@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 
+from pymdr.line.friction import layout
 from pymdr.line.friction.kernels import (
     MERGE,
     TINY,
@@ -22,17 +23,6 @@ from pymdr.line.friction.kernels import (
     free_slope,
     lengthens,
     vertex,
-)
-from pymdr.line.friction.layout import (
-    COMPLETE,
-    DEPTH,
-    MODULUS,
-    NOT_ATTAINABLE,
-    NOT_FINITE,
-    SHIFT,
-    STACK_FULL,
-    TOO_DEEP,
-    TOP,
 )
 from pymdr.line.friction.reading import curve, depth_of_force, fused
 from pymdr.line.friction.runs import BEYOND, Run, write
@@ -47,7 +37,7 @@ _GAUSS_W = tuple(0.5 * np.polynomial.legendre.leggauss(4)[1])
 @fused.compiled
 def moments(line: FloatArray, p: Point, q: Point) -> tuple[float, float]:
     """2 E* int a dt and 2 E* int (1 - t) a dt for t from 0 at p to 1 at q."""
-    modulus = line[0, MODULUS]
+    modulus = line[0, layout.MODULUS]
     length = q.y - p.y
     if length <= 0.0:
         return 2.0 * modulus * q.radius, modulus * q.radius
@@ -101,7 +91,7 @@ def restore_stuck(anchors: Anchors, y: FloatArray, b: FloatArray) -> None:
 def released(line: FloatArray, lower: Point, upper: Point, lag_l: float, lag_u: float) -> float:
     """E* int lag^2 da between two depths, lag linear: the energy that springs release when they separate."""
     zeroth, first = moments(line, lower, upper)
-    edges = line[0, MODULUS] * (lag_u * lag_u * upper.radius - lag_l * lag_l * lower.radius)
+    edges = line[0, layout.MODULUS] * (lag_u * lag_u * upper.radius - lag_l * lag_l * lower.radius)
     return float(edges - (lag_u - lag_l) * (lag_l * first + lag_u * (zeroth - first)))
 
 
@@ -190,7 +180,7 @@ def released_by_force(anchors: Anchors, m: int, depth: float, force: float, pull
     E* int lag^2 da with lag = (S - S(y)) / (2 E* a), where S and the force S(y) of the curve below y are linear in
     F_N over a segment: 1/2 lag_u lag_l dk + dq (mean lag over F_N - mean of its ends), k = 2 E* a, q = k lag.
     """
-    twice = 2.0 * anchors.line[0, MODULUS]
+    twice = 2.0 * anchors.line[0, layout.MODULUS]
     a, _force, work = curve(anchors.line, depth)
     end = Point(depth, 0.0, force, work, a)
     start_force, start_pull = vertex(anchors.stack, m).force, vertex(anchors.stack, m).pull
@@ -224,8 +214,8 @@ def released_by_force(anchors: Anchors, m: int, depth: float, force: float, pull
 @fused.compiled
 def shift_under(anchors: Anchors, d: float, pull: float, by_force: bool) -> float:
     """The normalised shift of a row of a pull at a depth, gone to from the present state."""
-    depth, v = anchors.memory[DEPTH], anchors.memory[SHIFT]
-    m = int(anchors.memory[TOP])
+    depth, v = anchors.memory[layout.DEPTH], anchors.memory[layout.SHIFT]
+    m = int(anchors.memory[layout.TOP])
     if d > TINY and depth < 0.0:
         clear(anchors.stack, v)
         return float(v + (stuck_shift_for(anchors, m, d, pull) - v) * ((d - depth) / d))
@@ -239,9 +229,9 @@ def shift_under(anchors: Anchors, d: float, pull: float, by_force: bool) -> floa
 @fused.compiled
 def advance(anchors: Anchors, d: float, v: float) -> float:
     """One straight step to (d, v), with loss and return of the contact; the energy released."""
-    depth, before = anchors.memory[DEPTH], anchors.memory[SHIFT]
-    anchors.memory[DEPTH], anchors.memory[SHIFT] = d, v
-    m = int(anchors.memory[TOP])
+    depth, before = anchors.memory[layout.DEPTH], anchors.memory[layout.SHIFT]
+    anchors.memory[layout.DEPTH], anchors.memory[layout.SHIFT] = d, v
+    m = int(anchors.memory[layout.TOP])
     released_energy = 0.0
     touches = d > TINY
     if touches or depth > TINY:
@@ -254,7 +244,7 @@ def advance(anchors: Anchors, d: float, v: float) -> float:
     if not touches:
         clear(anchors.stack, v)
         m = 0
-    anchors.memory[TOP] = m
+    anchors.memory[layout.TOP] = m
     return released_energy
 
 
@@ -274,29 +264,29 @@ def run_stuck(
     while j < stop:
         d, t = normal[j], tangential[j]
         if not (math.isfinite(d) and math.isfinite(t)):
-            return NOT_FINITE, j, column
+            return layout.NOT_FINITE, j, column
         if by_force and d < 0.0:
-            return NOT_ATTAINABLE, j, column
+            return layout.NOT_ATTAINABLE, j, column
         force = d
         if by_force:
             d = depth_of_force(anchors.line, force)
         if not d <= limit:
-            return TOO_DEEP, j, column
+            return layout.TOO_DEEP, j, column
         if not (by_shift or d > TINY or t == 0.0):
-            return NOT_ATTAINABLE, j, column
-        if anchors.memory[TOP] + 4 > anchors.stack.size:
-            return STACK_FULL, j, column
-        before, pull = anchors.memory[DEPTH], t / scales.force
-        m = int(anchors.memory[TOP])
+            return layout.NOT_ATTAINABLE, j, column
+        if anchors.memory[layout.TOP] + 4 > anchors.stack.size:
+            return layout.STACK_FULL, j, column
+        before, pull = anchors.memory[layout.DEPTH], t / scales.force
+        m = int(anchors.memory[layout.TOP])
         work = 0.0
         if by_force and TINY < before > d:
             work = released_by_force(anchors, m, max(d, 0.0), force, pull)
         v = t / scales.shift if by_shift else shift_under(anchors, d, pull, by_force)
         released_energy = advance(anchors, d, v)
-        count(anchors.memory, int(anchors.memory[TOP]), work if by_force else released_energy, 0.0)
+        count(anchors.memory, int(anchors.memory[layout.TOP]), work if by_force else released_energy, 0.0)
         column = write(run, j, column)
         j += 1
-    return COMPLETE, j, column
+    return layout.COMPLETE, j, column
 
 
 @fused.compiled

@@ -5,20 +5,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from pymdr.line.friction import layout
 from pymdr.line.friction.forces import load, shift_for
 from pymdr.line.friction.kernels import TINY, Anchors, Point, advance, clear, count, keep_slope, put, vertex
-from pymdr.line.friction.layout import (
-    COMPLETE,
-    DEPTH,
-    NOT_ATTAINABLE,
-    NOT_FINITE,
-    SHIFT,
-    SLIDE,
-    SLIP_WORK,
-    STACK_FULL,
-    TOO_DEEP,
-    TOP,
-)
 from pymdr.line.friction.reading import curve, depth_of_force, fused
 from pymdr.numerics.graded.layout import MAX, IntArray
 from pymdr.units import FloatArray
@@ -60,18 +49,18 @@ def write(run: Run, row: int, column: int) -> int:
     """Write force, stick radius, stored energy, slip work and distance slid of a row to be kept; the next column."""
     if not run.every and (column >= run.kept.size or run.kept[column] != row):
         return column
-    m = int(run.anchors.memory[TOP])
+    m = int(run.anchors.memory[layout.TOP])
     top = vertex(run.anchors.stack, m)
     stuck = m - 1 if m > 0 and abs(top.slope) == 1.0 else m
     run.out[0, column] = run.scales.force * top.pull
     run.out[1, column] = vertex(run.anchors.stack, stuck).radius
     run.out[2, column] = run.scales.energy * max(top.energy, 0.0)
-    run.out[3, column] = run.scales.energy * run.anchors.memory[SLIP_WORK]
-    if run.anchors.memory[SLIDE] > 0.0:  # else the zero pages of the array stay untouched
-        run.out[4, column] = run.scales.shift * run.anchors.memory[SLIDE]
+    run.out[3, column] = run.scales.energy * run.anchors.memory[layout.SLIP_WORK]
+    if run.anchors.memory[layout.SLIDE] > 0.0:  # else the zero pages of the array stay untouched
+        run.out[4, column] = run.scales.shift * run.anchors.memory[layout.SLIDE]
     if run.out.shape[0] > 6:
-        run.out[5, column] = run.anchors.memory[DEPTH]
-        run.out[6, column] = run.scales.shift * run.anchors.memory[SHIFT]
+        run.out[5, column] = run.anchors.memory[layout.DEPTH]
+        run.out[6, column] = run.scales.shift * run.anchors.memory[layout.SHIFT]
     return column + 1
 
 
@@ -92,15 +81,15 @@ def run_displacements(
         d = indentation[j]
         v = shift[j] * per_shift
         if not (math.isfinite(d) and math.isfinite(v)):
-            return NOT_FINITE, j, column
+            return layout.NOT_FINITE, j, column
         if d > limit:
-            return TOO_DEEP, j, column
-        if anchors.memory[TOP] > anchors.stack.size - 4:
-            return STACK_FULL, j, column
+            return layout.TOO_DEEP, j, column
+        if anchors.memory[layout.TOP] > anchors.stack.size - 4:
+            return layout.STACK_FULL, j, column
         advance(anchors, d, v)
         column = write(run, j, column)
         j += 1
-    return COMPLETE, j, column
+    return layout.COMPLETE, j, column
 
 
 @fused.compiled
@@ -115,7 +104,7 @@ def run_collision(
     x = 0.0
     for j in range(1, indentation.size):
         if indentation[j] > run.anchors.line[0, MAX] * BEYOND:
-            return TOO_DEEP
+            return layout.TOO_DEEP
         half = 0.5 * (time[j] - time[j - 1]) / mass
         v = velocity[j - 1] - half * run.out[0, j - 1]
         x += (time[j] - time[j - 1]) * v
@@ -123,7 +112,7 @@ def run_collision(
         write(run, j, j)
         run.out[4, j] = x
         velocity[j] = v - half * run.out[0, j]
-    return COMPLETE
+    return layout.COMPLETE
 
 
 @fused.compiled
@@ -140,32 +129,32 @@ def run_forces(
         given = normal[j]
         pull = tangential[j] / run.scales.force
         if not (math.isfinite(given) and math.isfinite(pull)):
-            return NOT_FINITE, j, column
+            return layout.NOT_FINITE, j, column
         if given > limit:
-            return TOO_DEEP, j, column
+            return layout.TOO_DEEP, j, column
         force = given if by_force else curve(anchors.line, given)[1]
         if force < 0.0 or abs(pull) > force * _ATTAINED:
-            return NOT_ATTAINABLE, j, column
-        if anchors.memory[TOP] + 4 > anchors.stack.size:
-            return STACK_FULL, j, column
+            return layout.NOT_ATTAINABLE, j, column
+        if anchors.memory[layout.TOP] + 4 > anchors.stack.size:
+            return layout.STACK_FULL, j, column
         pull = min(max(pull, -force), force)
         if by_force:
-            if anchors.memory[DEPTH] < 0.0:
-                clear(anchors.stack, anchors.memory[SHIFT])
-            m, work = load(anchors, int(anchors.memory[TOP]), force, pull)
+            if anchors.memory[layout.DEPTH] < 0.0:
+                clear(anchors.stack, anchors.memory[layout.SHIFT])
+            m, work = load(anchors, int(anchors.memory[layout.TOP]), force, pull)
             count(anchors.memory, m, work, 0.0)
             top = vertex(anchors.stack, m)
-            anchors.memory[DEPTH], anchors.memory[SHIFT] = top.y, top.b
+            anchors.memory[layout.DEPTH], anchors.memory[layout.SHIFT] = top.y, top.b
         else:
-            v = anchors.memory[SHIFT]
-            if given > TINY and anchors.memory[DEPTH] < 0.0:
-                v += pull / force * (given - anchors.memory[DEPTH])
+            v = anchors.memory[layout.SHIFT]
+            if given > TINY and anchors.memory[layout.DEPTH] < 0.0:
+                v += pull / force * (given - anchors.memory[layout.DEPTH])
             elif given > TINY:
-                v = shift_for(anchors, int(anchors.memory[TOP]), given, force, pull)
+                v = shift_for(anchors, int(anchors.memory[layout.TOP]), given, force, pull)
             advance(anchors, given, v)
         column = write(run, j, column)
         j += 1
-    return COMPLETE, j, column
+    return layout.COMPLETE, j, column
 
 
 @fused.compiled

@@ -8,18 +8,8 @@ from typing import Any
 import numpy as np
 
 from pymdr.errors import PathError
+from pymdr.line.friction import layout
 from pymdr.line.friction.curves import ElasticCurves
-from pymdr.line.friction.layout import (
-    COMPLETE,
-    DEPTH,
-    ENERGY_SCALE,
-    FORCE_SCALE,
-    SHIFT,
-    SHIFT_SCALE,
-    SLIP_WORK,
-    STACK_FULL,
-    TOP,
-)
 from pymdr.line.friction.state import FrictionState
 from pymdr.line.moved import NOW, Moved, WithoutAdhesion
 from pymdr.units import FloatArray
@@ -66,7 +56,7 @@ class Stacks(WithoutAdhesion, Moved):
         self._step_all = steps.step_all if self.slips else steps.step_all_stuck
         vertices = np.zeros((count, 2, _CAPACITY), dtype=kernels.VERTEX)
         vertices["low"][:, :, 0], vertices["high"][:, :, 0] = -math.inf, math.inf
-        self.arrays = (vertices, np.zeros((count, 2, TOP + 1)))
+        self.arrays = (vertices, np.zeros((count, 2, layout.TOP + 1)))
         self._one: tuple[Any, Any] = (None, ())
 
     def advance(self, depth: float, shift: Any, duration: Any) -> tuple[float, float]:
@@ -76,9 +66,9 @@ class Stacks(WithoutAdhesion, Moved):
             self._one = arrays, (*self.body, *(array[0] for array in arrays))
         line, scales, stack, memory = self._one[1]
         code, normal, tangential = self._step(line, scales, stack, memory, depth, self.moves * float(shift))
-        if code == COMPLETE:
+        if code == layout.COMPLETE:
             return normal, self.moves * tangential
-        if code != STACK_FULL:
+        if code != layout.STACK_FULL:
             raise PathError(f"Stepper.advance: shift = {shift:g} m; a finite value is needed")
         self.grow(self._capacity + 1)
         return self.advance(depth, shift, duration)
@@ -94,24 +84,24 @@ class Stacks(WithoutAdhesion, Moved):
         while first < self.count:
             stacks, memory = self.arrays
             code, first = self._step_all(line, scales, stacks, memory, given, forces, first)
-            if code == STACK_FULL:
+            if code == layout.STACK_FULL:
                 self.grow(self._capacity + 1)
         return forces[0], self.moves * forces[1]
 
     @property
     def indentation(self) -> FloatArray:
         """Indentations in m."""
-        return self._now(DEPTH)
+        return self._now(layout.DEPTH)
 
     @property
     def shift(self) -> FloatArray:
         """Shifts in m."""
-        return np.asarray(self._now(SHIFT) * self.body[1][SHIFT_SCALE])
+        return np.asarray(self._now(layout.SHIFT) * self.body[1][layout.SHIFT_SCALE])
 
     @property
     def dissipated_energy(self) -> FloatArray:
         """Energy in J dissipated by slip so far, without slip released by separating springs."""
-        return np.asarray(self.moves * self._now(SLIP_WORK) * self.body[1][ENERGY_SCALE])
+        return np.asarray(self.moves * self._now(layout.SLIP_WORK) * self.body[1][layout.ENERGY_SCALE])
 
     @property
     def normal_force(self) -> FloatArray:
@@ -121,7 +111,7 @@ class Stacks(WithoutAdhesion, Moved):
     @property
     def tangential_force(self) -> FloatArray:
         """F_x in N."""
-        return np.asarray(self.moves * self._last("pull") * self.body[1][FORCE_SCALE])
+        return np.asarray(self.moves * self._last("pull") * self.body[1][layout.FORCE_SCALE])
 
     @property
     def elastic_energy(self) -> FloatArray:
@@ -131,7 +121,9 @@ class Stacks(WithoutAdhesion, Moved):
     @property
     def stored_tangential_energy(self) -> FloatArray:
         """Energy in J stored by the shift."""
-        return np.asarray(self.moves * np.maximum(self._last("energy"), 0.0) * self.body[1][ENERGY_SCALE])
+        return np.asarray(
+            self.moves * np.maximum(self._last("energy"), 0.0) * self.body[1][layout.ENERGY_SCALE]
+        )
 
     @property
     def contact_radius(self) -> FloatArray:
@@ -141,7 +133,7 @@ class Stacks(WithoutAdhesion, Moved):
     @property
     def stick_radius(self) -> FloatArray:
         """In m; that of the vertex below one that slips."""
-        slips = (np.abs(self._last("slope")) == 1.0) & (self._now(TOP) > 0)
+        slips = (np.abs(self._last("slope")) == 1.0) & (self._now(layout.TOP) > 0)
         return np.asarray(self.moves * self._last("radius", below=slips))
 
     @property
@@ -159,7 +151,7 @@ class Stacks(WithoutAdhesion, Moved):
 
     def _last(self, name: str, below: np.ndarray | int = 0) -> FloatArray:
         """A value of the last vertex of every stack, or of one below it; 0 without contact."""
-        at = self._now(TOP).astype(int) - below
+        at = self._now(layout.TOP).astype(int) - below
         values = self.arrays[0][np.arange(self.count), NOW, at][name]
         return np.where(self.indentation > 0.0, values, 0.0)
 

@@ -5,18 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from pymdr.line.friction import noslip
+from pymdr.line.friction import layout, noslip
 from pymdr.line.friction.kernels import Anchors, advance, count, vertex
-from pymdr.line.friction.layout import (
-    COMPLETE,
-    DEPTH,
-    FORCE_SCALE,
-    NOT_FINITE,
-    SHIFT_SCALE,
-    STACK_FULL,
-    TOO_DEEP,
-    TOP,
-)
 from pymdr.line.friction.reading import fused
 from pymdr.line.friction.runs import BEYOND
 from pymdr.line.moved import BEFORE, NOW
@@ -28,25 +18,25 @@ from pymdr.units import FloatArray
 def _ending(line: FloatArray, stacks: Any, memory: FloatArray, depth: float, shift: float) -> int:
     """Whether a step can be taken; if so the present state is kept as the one before."""
     if not (math.isfinite(depth) and math.isfinite(shift)):
-        return NOT_FINITE
+        return layout.NOT_FINITE
     if depth > line[0, MAX] * BEYOND:
-        return TOO_DEEP
-    top = int(memory[NOW, TOP])
+        return layout.TOO_DEEP
+    top = int(memory[NOW, layout.TOP])
     if top > stacks.shape[1] - 4:
-        return STACK_FULL
+        return layout.STACK_FULL
     for i in range(top + 1):
         stacks[BEFORE, i] = stacks[NOW, i]
     for i in range(memory.shape[1]):
         memory[BEFORE, i] = memory[NOW, i]
-    return COMPLETE
+    return layout.COMPLETE
 
 
 @fused.inlined
 def _forces(stacks: Any, memory: FloatArray, scale: float) -> tuple[float, float]:
     """F_N and F_x in N."""
-    if not memory[NOW, DEPTH] > 0.0:
+    if not memory[NOW, layout.DEPTH] > 0.0:
         return 0.0, 0.0
-    top = vertex(stacks[NOW], int(memory[NOW, TOP]))
+    top = vertex(stacks[NOW], int(memory[NOW, layout.TOP]))
     return top.force, scale * top.pull
 
 
@@ -74,9 +64,9 @@ def step(
         The ending, and F_N and F_x in N.
     """
     ending = _ending(line, stacks, memory, depth, shift)
-    if ending == COMPLETE:
-        advance(Anchors(line, stacks[NOW], memory[NOW]), depth, shift / scales[SHIFT_SCALE])
-    normal, tangential = _forces(stacks, memory, scales[FORCE_SCALE])
+    if ending == layout.COMPLETE:
+        advance(Anchors(line, stacks[NOW], memory[NOW]), depth, shift / scales[layout.SHIFT_SCALE])
+    normal, tangential = _forces(stacks, memory, scales[layout.FORCE_SCALE])
     return ending, normal, tangential
 
 
@@ -86,11 +76,11 @@ def step_stuck(
 ) -> tuple[int, float, float]:
     """As :func:`step`, without slip."""
     ending = _ending(line, stacks, memory, depth, shift)
-    if ending == COMPLETE:
+    if ending == layout.COMPLETE:
         anchors = Anchors(line, stacks[NOW], memory[NOW])
-        released = noslip.advance(anchors, depth, shift / scales[SHIFT_SCALE])
-        count(anchors.memory, int(anchors.memory[TOP]), released, 0.0)
-    normal, tangential = _forces(stacks, memory, scales[FORCE_SCALE])
+        released = noslip.advance(anchors, depth, shift / scales[layout.SHIFT_SCALE])
+        count(anchors.memory, int(anchors.memory[layout.TOP]), released, 0.0)
+    normal, tangential = _forces(stacks, memory, scales[layout.FORCE_SCALE])
     return ending, normal, tangential
 
 
@@ -125,9 +115,9 @@ def step_all(
         ending, forces[0, i], forces[1, i] = step(
             line, scales, stacks[i], memory[i], given[0, i], given[1, i]
         )
-        if ending != COMPLETE:
+        if ending != layout.COMPLETE:
             return ending, i
-    return COMPLETE, given.shape[1]
+    return layout.COMPLETE, given.shape[1]
 
 
 @fused.compiled
@@ -145,6 +135,6 @@ def step_all_stuck(
         ending, forces[0, i], forces[1, i] = step_stuck(
             line, scales, stacks[i], memory[i], given[0, i], given[1, i]
         )
-        if ending != COMPLETE:
+        if ending != layout.COMPLETE:
             return ending, i
-    return COMPLETE, given.shape[1]
+    return layout.COMPLETE, given.shape[1]

@@ -10,6 +10,6 @@ is smooth where q(a) = 0; F = 2 int q, U = int q (d - g), k = 2 int q_A and k' =
 
 from __future__ import annotations
 
-from pymdr.line.layered.bound import lower_bound as lower_bound
 from pymdr.line.layered.line import LayeredLine as LayeredLine
+from pymdr.line.layered.line import lower_bound as lower_bound
 from pymdr.line.layered.tables import Limit as Limit

@@ -11,12 +11,12 @@ from pymdr.errors import PathError
 from pymdr.line.memory.modes import active_springs, modes_of, unpacked
 from pymdr.line.memory.moved import RelaxingContacts
 from pymdr.line.memory.tangential import row_data, unsheared
-from pymdr.line.moved import BEFORE, NOW, Moved, WithoutAdhesion
+from pymdr.line.moved import BEFORE, NOW, OnNormal
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.units import FloatArray
 
 
-class ShearedContacts(WithoutAdhesion, Moved):
+class ShearedContacts(OnNormal):
     """
     Contacts whose springs with memory have tangential partners, which stick or slip.
 
@@ -36,6 +36,8 @@ class ShearedContacts(WithoutAdhesion, Moved):
         many parts each of these is divided.
     """
 
+    normal: RelaxingContacts
+
     def __init__(
         self, normal: RelaxingContacts, relaxation: Relaxation, friction: float, division: tuple[float, int]
     ) -> None:
@@ -53,20 +55,9 @@ class ShearedContacts(WithoutAdhesion, Moved):
         start = (first, np.zeros(kernels.COLUMNS))
         self._own = tuple(np.tile(one, (normal.count, 2, *([1] * one.ndim))) for one in start)
 
-    @property
-    def arrays(self) -> tuple[np.ndarray, ...]:
-        """All that the contacts remember."""
-        return (*self._own, *self.normal.arrays)
-
-    @arrays.setter
-    def arrays(self, arrays: tuple[np.ndarray, ...]) -> None:
-        springs, rows, *normal = arrays
-        self._own, self.normal.arrays = (springs, rows), tuple(normal)
-
     def copied(self) -> Self:
         """The same contacts, which move on their own."""
         other = super().copied()
-        other.normal = self.normal.copied()
         other._scratch = self._scratch[0].copy(), self._scratch[1].copy()
         return other
 
@@ -109,19 +100,9 @@ class ShearedContacts(WithoutAdhesion, Moved):
         return normal, float(row[NOW, at.FORCE])
 
     @property
-    def indentation(self) -> FloatArray:
-        """Indentations in m."""
-        return self.normal.indentation
-
-    @property
     def shift(self) -> FloatArray:
         """Shifts in m."""
         return self._now(self._at.SHIFT)
-
-    @property
-    def normal_force(self) -> FloatArray:
-        """F_N in N."""
-        return self.normal.normal_force
 
     @property
     def tangential_force(self) -> FloatArray:
@@ -129,19 +110,9 @@ class ShearedContacts(WithoutAdhesion, Moved):
         return self._now(self._at.FORCE)
 
     @property
-    def contact_radius(self) -> FloatArray:
-        """In m; 0 without contact."""
-        return self.normal.contact_radius
-
-    @property
     def stick_radius(self) -> FloatArray:
         """In m; the contact radius where all springs stick."""
         return np.asarray(np.minimum(self._now(self._at.STICK), self.contact_radius))
-
-    @property
-    def normal_stiffness(self) -> FloatArray:
-        """Stiffness of a sudden step in N/m."""
-        return self.normal.normal_stiffness
 
     @property
     def tangential_stiffness(self) -> FloatArray:
@@ -150,11 +121,6 @@ class ShearedContacts(WithoutAdhesion, Moved):
         if self.relaxation.viscosity > 0.0:
             return np.where(per_modulus > 0.0, math.inf, 0.0)
         return np.asarray(self.relaxation.glassy * per_modulus)
-
-    @property
-    def elastic_energy(self) -> FloatArray:
-        """Energy in J of all normal springs."""
-        return self.normal.elastic_energy
 
     @property
     def stored_tangential_energy(self) -> FloatArray:

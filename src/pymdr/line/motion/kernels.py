@@ -11,28 +11,7 @@ from pymdr.line.friction import layout as stack
 from pymdr.line.friction.kernels import Anchors, advance, vertex
 from pymdr.line.friction.reading import curve
 from pymdr.line.friction.runs import BEYOND
-from pymdr.line.motion.layout import (
-    COMPLETE,
-    DAMPING,
-    DEPTH,
-    DRIVES,
-    FORCE,
-    FORCES,
-    NORMAL,
-    NOT_CONVERGED,
-    PULL,
-    RADIUS,
-    SHIFT,
-    SLIP,
-    SLIPPED,
-    SPRINGS,
-    STACK_FULL,
-    STICK,
-    STORED,
-    TANGENTIAL,
-    TOO_DEEP,
-    WORK,
-)
+from pymdr.line.motion import layout
 from pymdr.line.moved import BEFORE, NOW
 from pymdr.numerics.graded.layout import MAX
 from pymdr.units import FloatArray
@@ -134,8 +113,8 @@ def _respond(body: Body, state: State, j: int, depth: float, shift: float) -> No
     """The state of a joint at an indentation and a shift, straight from the state before the step."""
     line = body.lines[body.ends[j, 0] : body.ends[j, 1]]
     joint, energy = state.joints[j, 1], state.energies[j, 1]
-    joint[DEPTH] = depth
-    joint[SHIFT] = shift
+    joint[layout.DEPTH] = depth
+    joint[layout.SHIFT] = shift
     if body.slips[j]:
         scale, energy_scale = body.scales[j, stack.FORCE_SCALE], body.scales[j, stack.ENERGY_SCALE]
         _restore(state, j)
@@ -145,23 +124,23 @@ def _respond(body: Body, state: State, j: int, depth: float, shift: float) -> No
             depth,
             shift / body.scales[j, stack.SHIFT_SCALE],
         )
-        energy[SLIPPED] = energy_scale * memory[stack.SLIP_WORK]
+        energy[layout.SLIPPED] = energy_scale * memory[stack.SLIP_WORK]
         if depth > 0.0:
             index = int(memory[stack.TOP])
             top = vertex(state.vertices[j, NOW], index)
-            joint[FORCE] = top.force
-            joint[PULL] = scale * top.pull
-            joint[RADIUS] = top.radius
-            joint[STICK] = top.radius
+            joint[layout.FORCE] = top.force
+            joint[layout.PULL] = scale * top.pull
+            joint[layout.RADIUS] = top.radius
+            joint[layout.STICK] = top.radius
             if index > 0 and abs(top.slope) == 1.0:
-                joint[STICK] = vertex(state.vertices[j, NOW], index - 1).radius
-            energy[WORK] = top.work
-            energy[STORED] = energy_scale * max(top.energy, 0.0)
+                joint[layout.STICK] = vertex(state.vertices[j, NOW], index - 1).radius
+            energy[layout.WORK] = top.work
+            energy[layout.STORED] = energy_scale * max(top.energy, 0.0)
             return
-        joint[FORCE] = joint[PULL] = joint[RADIUS] = joint[STICK] = 0.0
-        energy[WORK] = energy[STORED] = 0.0
+        joint[layout.FORCE] = joint[layout.PULL] = joint[layout.RADIUS] = joint[layout.STICK] = 0.0
+        energy[layout.WORK] = energy[layout.STORED] = 0.0
         return
-    joint[RADIUS], joint[FORCE], energy[WORK] = curve(line, depth)
+    joint[layout.RADIUS], joint[layout.FORCE], energy[layout.WORK] = curve(line, depth)
 
 
 @fused.inlined
@@ -191,30 +170,30 @@ def _pull_back(body: Body, state: State, h: float) -> int:
         depth = body.normal[j, 0] + _dot(body.normal, j, 1, position, 1)
         shift = _dot(body.tangential, j, 0, position, 1)
         if not depth <= body.lines[body.ends[j, 0], MAX] * BEYOND:
-            return TOO_DEEP
+            return layout.TOO_DEEP
         _respond(body, state, j, depth, shift)
         old, new = state.joints[j, 0], state.joints[j, 1]
         kept, now = state.energies[j, 0], state.energies[j, 1]
         normal = _mean(
-            now[WORK] - kept[WORK],
-            new[DEPTH] - old[DEPTH],
-            old[FORCE],
-            new[FORCE],
-            max(kept[WORK], now[WORK]),
+            now[layout.WORK] - kept[layout.WORK],
+            new[layout.DEPTH] - old[layout.DEPTH],
+            old[layout.FORCE],
+            new[layout.FORCE],
+            max(kept[layout.WORK], now[layout.WORK]),
         )
         pull = 0.0
         if body.slips[j]:
             pull = _mean(
-                now[STORED] - kept[STORED] + now[SLIPPED],
-                new[SHIFT] - old[SHIFT],
-                old[PULL],
-                new[PULL],
-                max(kept[STORED], now[STORED]),
+                now[layout.STORED] - kept[layout.STORED] + now[layout.SLIPPED],
+                new[layout.SHIFT] - old[layout.SHIFT],
+                old[layout.PULL],
+                new[layout.PULL],
+                max(kept[layout.STORED], now[layout.STORED]),
             )
         for i in range(count):
             force[0, i] -= body.normal[j, 1 + i] * normal + body.tangential[j, i] * pull
             force[3, i] += abs(body.normal[j, 1 + i] * normal) + abs(body.tangential[j, i] * pull)
-    return COMPLETE
+    return layout.COMPLETE
 
 
 @fused.merged
@@ -233,7 +212,7 @@ def _apply(body: Body, state: State, t: float, h: float) -> None:
             ratio = body.scales[j, stack.FORCE_SCALE] / body.scales[j, stack.SHIFT_SCALE]
             squares = arm * arm + across * across * ratio
             modulus = body.lines[body.ends[j, 0], stack.MODULUS]
-            stiffness += 2.0 * squares * modulus * state.joints[j, 0, RADIUS]
+            stiffness += 2.0 * squares * modulus * state.joints[j, 0, layout.RADIUS]
         force[2, i] = stiffness
     middle, end = t + 0.5 * h, t + h
     for k in range(body.force_waves.shape[0]):
@@ -267,19 +246,19 @@ def _accept(body: Body, state: State, h: float) -> None:
     for s in range(body.springs.shape[0]):
         if body.springs[s, 1] > 0.0:
             change = _dot(body.springs, s, 3, position, 1) - _dot(body.springs, s, 3, position, 0)
-            _add(state.sums, DAMPING, body.springs[s, 1] * change * change / h)
+            _add(state.sums, layout.DAMPING, body.springs[s, 1] * change * change / h)
     for i in range(position.shape[1]):
         change = position[1, i] - position[0, i]
         if i < n:
-            _add(state.sums, FORCES, force[1, i] * change)
+            _add(state.sums, layout.FORCES, force[1, i] * change)
             state.velocity[2, i] = state.velocity[1, i] - state.velocity[0, i]
             state.velocity[0, i] = state.velocity[1, i]
         else:
-            _add(state.sums, DRIVES, -force[0, i] * change)
+            _add(state.sums, layout.DRIVES, -force[0, i] * change)
         position[0, i] = position[1, i]
     for j in range(body.normal.shape[0]):
-        _add(state.sums, SLIP, state.energies[j, 1, SLIPPED])
-        state.energies[j, 1, SLIPPED] = 0.0
+        _add(state.sums, layout.SLIP, state.energies[j, 1, layout.SLIPPED])
+        state.energies[j, 1, layout.SLIPPED] = 0.0
         for i in range(6):
             state.joints[j, 0, i] = state.joints[j, 1, i]
         for i in range(3):
@@ -294,7 +273,7 @@ def step(body: Body, state: State, t: float, h: float) -> int:
     n = body.mass.size
     for j in range(body.normal.shape[0]):
         if state.memory[j, BEFORE, stack.TOP] > state.vertices.shape[2] - 4:
-            return STACK_FULL
+            return layout.STACK_FULL
     _apply(body, state, t, h)
     position, velocity, force = state.position, state.velocity, state.force
     for i in range(n):
@@ -304,7 +283,7 @@ def step(body: Body, state: State, t: float, h: float) -> int:
         for i in range(n):
             position[1, i] = position[0, i] + 0.5 * h * (velocity[0, i] + velocity[1, i])
         code = _pull_back(body, state, h)
-        if code != COMPLETE:
+        if code != layout.COMPLETE:
             return code
         change = 0.0
         for i in range(n):
@@ -318,9 +297,9 @@ def step(body: Body, state: State, t: float, h: float) -> int:
                 change = abs(correction) / size if size > 0.0 else math.inf
         if change <= _SETTLED or (change <= _STAGNANT and change >= 0.5 * last):
             _accept(body, state, h)
-            return COMPLETE
+            return layout.COMPLETE
         last = change
-    return NOT_CONVERGED
+    return layout.NOT_CONVERGED
 
 
 @fused.merged
@@ -337,16 +316,16 @@ def write_row(body: Body, state: State, row: FloatArray) -> None:
     for j in range(joints):
         for i in range(6):
             row[at + i] = state.joints[j, 0, i]
-        normal += state.energies[j, 0, WORK]
-        tangential += state.energies[j, 0, STORED]
+        normal += state.energies[j, 0, layout.WORK]
+        tangential += state.energies[j, 0, layout.STORED]
         at += 6
     for s in range(body.springs.shape[0]):
         elongation = body.springs[s, 2] + _dot(body.springs, s, 3, state.position, 0)
         springs += 0.5 * body.springs[s, 0] * elongation * elongation
     row[at] = kinetic
-    row[at + SPRINGS] = springs
-    row[at + NORMAL] = normal
-    row[at + TANGENTIAL] = tangential
+    row[at + layout.SPRINGS] = springs
+    row[at + layout.NORMAL] = normal
+    row[at + layout.TANGENTIAL] = tangential
     for k in range(4):
         row[at + 4 + k] = state.sums[0, k]
 
@@ -358,7 +337,7 @@ def _begin(body: Body, state: State) -> int:
         depth = body.normal[j, 0] + _dot(body.normal, j, 1, state.position, 0)
         shift = _dot(body.tangential, j, 0, state.position, 0)
         if not depth <= body.lines[body.ends[j, 0], MAX] * BEYOND:
-            return TOO_DEEP
+            return layout.TOO_DEEP
         for target in (0.0, depth):
             _respond(body, state, j, target, shift)
             if body.slips[j]:
@@ -367,8 +346,8 @@ def _begin(body: Body, state: State) -> int:
             state.joints[j, 0, i] = state.joints[j, 1, i]
         for i in range(3):
             state.energies[j, 0, i] = state.energies[j, 1, i]
-        state.energies[j, :, SLIPPED] = 0.0
-    return COMPLETE
+        state.energies[j, :, layout.SLIPPED] = 0.0
+    return layout.COMPLETE
 
 
 @fused.compiled
@@ -383,14 +362,14 @@ def run(body: Body, state: State, out: FloatArray, h: float, parts: int, done: i
     """
     if done == 0:
         code = _begin(body, state)
-        if code != COMPLETE:
+        if code != layout.COMPLETE:
             return code, 0
         write_row(body, state, out[0])
     steps = parts * (out.shape[0] - 1)
     for taken in range(done, steps):
         code = step(body, state, taken * h, h)
-        if code != COMPLETE:
+        if code != layout.COMPLETE:
             return code, taken
         if (taken + 1) % parts == 0:
             write_row(body, state, out[taken // parts + 1])
-    return COMPLETE, steps
+    return layout.COMPLETE, steps

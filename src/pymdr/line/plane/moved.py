@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
 from pymdr.errors import PathError, ProblemError
-from pymdr.line.moved import BEFORE, NOW, Moved, WithoutAdhesion
+from pymdr.line.moved import BEFORE, NOW, Moved, OnNormal
 from pymdr.line.plane import layout as at
 from pymdr.line.plane.springs import PlaneLaw, Springs
 from pymdr.units import FloatArray, shown
@@ -19,7 +19,7 @@ _AT_LIMIT = 1.0 - 1e-12
 """Length of a spring over its limit from which on it slips."""
 
 
-class PlaneContacts(WithoutAdhesion, Moved):
+class PlaneContacts(OnNormal):
     """
     Contacts of one body whose springs carry vectors; each spring advances exactly over a step.
 
@@ -51,22 +51,6 @@ class PlaneContacts(WithoutAdhesion, Moved):
         self._parts = list(pairwise(ends))
         count, size = normal.count, springs.label.size
         self._own = (np.zeros((count, 2, 2, size)), np.zeros((count, 2, at.WORK + 1)))
-
-    @property
-    def arrays(self) -> tuple[np.ndarray, ...]:
-        """All that the contacts remember."""
-        return (*self._own, *self.normal.arrays)
-
-    @arrays.setter
-    def arrays(self, arrays: tuple[np.ndarray, ...]) -> None:
-        vectors, memory, *normal = arrays
-        self._own, self.normal.arrays = (vectors, memory), tuple(normal)
-
-    def copied(self) -> Self:
-        """The same contacts, which move on their own."""
-        other = super().copied()
-        other.normal = self.normal.copied()
-        return other
 
     def advance(self, depth: float, shift: Any, duration: Any) -> tuple[float, float, float]:
         """Go with one contact straight to an indentation and a shift (x, y) in m; F_N, F_x and F_y in N."""
@@ -114,29 +98,14 @@ class PlaneContacts(WithoutAdhesion, Moved):
             pair[:] = np.einsum("ijn,nj->ni", matrix, pair)
 
     @property
-    def indentation(self) -> FloatArray:
-        """Indentations in m."""
-        return self.normal.indentation
-
-    @property
     def shift(self) -> FloatArray:
         """Shifts in m, shape (count, 2)."""
         return np.asarray(self._own[1][:, NOW, at.AT_X : at.AT_Y + 1])
 
     @property
-    def normal_force(self) -> FloatArray:
-        """F_N in N."""
-        return self.normal.normal_force
-
-    @property
     def tangential_force(self) -> FloatArray:
         """F_x and F_y in N, shape (count, 2)."""
         return np.asarray(self._own[1][:, NOW, at.FORCE_X : at.FORCE_Y + 1])
-
-    @property
-    def contact_radius(self) -> FloatArray:
-        """In m."""
-        return self.normal.contact_radius
 
     @property
     def stick_radius(self) -> FloatArray:
@@ -145,11 +114,6 @@ class PlaneContacts(WithoutAdhesion, Moved):
         if self.slips:
             self._steps.stick_borders(self.body[0], self._places, *self._own, radius)
         return radius
-
-    @property
-    def normal_stiffness(self) -> FloatArray:
-        """Tangent stiffness in N/m."""
-        return self.normal.normal_stiffness
 
     @property
     def tangential_stiffness(self) -> FloatArray:
@@ -167,11 +131,6 @@ class PlaneContacts(WithoutAdhesion, Moved):
         each = np.eye(2)[:, :, None] * (limit > 0.0)[:, None, None, :]
         each = each - np.einsum("nik,njk,nk->nijk", vectors, vectors, along)
         return np.asarray(self.body[1][at.PER_FORCE] / self.body[1][at.PER_SHIFT] * each.sum(axis=3))
-
-    @property
-    def elastic_energy(self) -> FloatArray:
-        """Energy in J stored by the indentation."""
-        return self.normal.elastic_energy
 
     @property
     def stored_tangential_energy(self) -> FloatArray:

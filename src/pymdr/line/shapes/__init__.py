@@ -40,13 +40,7 @@ __all__ = [
 
 @singledispatch
 def shape_law(shape: Shape) -> ShapeLaw:
-    """
-    The law of a shape.
-
-    Parameters
-    ----------
-    shape : Shape
-    """
+    """The law of a shape."""
     return RayLaw(shape)
 
 

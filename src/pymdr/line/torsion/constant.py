@@ -10,8 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pymdr.line.torsion.limits import NODES, WEIGHTS, Limit
-from pymdr.line.torsion.moves import TwistState
-from pymdr.line.torsion.segments import Segment
+from pymdr.line.torsion.moves import Segment, TwistState
 from pymdr.numerics.panels import IndexArray
 from pymdr.numerics.roots import rising_root
 from pymdr.numerics.table import Effort, Table, tabulated

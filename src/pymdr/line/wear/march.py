@@ -109,10 +109,6 @@ def march(
     blocks : ndarray, optional
         Ends of blocks to use, instead of those that the error chooses.
 
-    Returns
-    -------
-    History
-
     Raises
     ------
     ConvergenceError

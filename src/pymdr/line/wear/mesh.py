@@ -197,10 +197,6 @@ def mesh_between(
         g(x) and f(r) of the profile before wear, for arrays.
     kinks : tuple of float
         Where g' jumps.
-
-    Returns
-    -------
-    Mesh
     """
     if stick > 0.0:
         nodes = graded(stick, end, cells)

@@ -8,7 +8,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import NDArray
 
 from pymdr.errors import ProblemError
 from pymdr.mapping.callables.noise import EPS, Curve, jitter, scatter
@@ -87,16 +86,15 @@ def check_consistency(
             worst = int(np.argmax(streak * 1e300 + np.nan_to_num(difference / sure)))
             if streak[worst] >= _PERSISTS:
                 raise _contradiction(start[worst], end[worst], rise[worst], integral[worst])
-            # panels that the rules do not resolve are divided, too
+            # panels that the rules do not resolve are divided into three parts, too
             unresolved = np.flatnonzero(difference > sure)
             if unresolved.size == 0:
                 return
             first = np.argsort(-streak[unresolved], kind="stable")[
                 :: max(1, math.ceil(unresolved.size / 160))
             ]
-            start, end, streak = _parts(
-                start[unresolved[first]], end[unresolved[first]], streak[unresolved[first]]
-            )
+            cuts = np.linspace(start[unresolved[first]], end[unresolved[first]], 4)
+            start, end, streak = cuts[:-1].ravel(), cuts[1:].ravel(), np.tile(streak[unresolved[first]], 3)
 
 
 def _contradiction(start: float, end: float, rise: float, integral: float) -> ProblemError:
@@ -153,14 +151,6 @@ def _stairs(values: FloatArray) -> float:
         return math.inf
     even = levels.size < _FEW_LEVELS and np.min(np.diff(levels)) * 2.0 * levels.size > np.ptp(levels)
     return 2.0 * float(np.ptp(levels)) if even else 0.0
-
-
-def _parts(
-    start: FloatArray, end: FloatArray, streak: NDArray[np.int_]
-) -> tuple[FloatArray, FloatArray, NDArray[np.int_]]:
-    """Three parts of each panel."""
-    cuts = np.linspace(start, end, 4)
-    return cuts[:-1].ravel(), cuts[1:].ravel(), np.tile(streak, 3)
 
 
 @lru_cache(maxsize=1)

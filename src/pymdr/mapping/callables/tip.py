@@ -384,7 +384,15 @@ class _Series:
 
     def misfit(self, terms: int) -> float:
         """Misfit; about 1 if only rounding is left."""
-        return _misfit(self.rest(terms), self.clean)
+        rest = self.rest(terms)
+        above, below = rest[self.clean], rest[~self.clean]
+        size = above.size // _BLOCKS
+        blocks = above[: size * _BLOCKS].reshape(_BLOCKS, size).mean(axis=1)
+        return max(
+            math.sqrt(float(np.mean(above**2))) / 1.3,
+            float(np.max(np.abs(blocks))) * math.sqrt(size) / 5.0,
+            float(np.max(np.abs(below), initial=0.0)) / 6.0,
+        )
 
     def fit(self, terms: int) -> _Fit:
         """The slope of a fit."""
@@ -414,18 +422,6 @@ class _Series:
 def _polynomial_step(step: float) -> float:
     """The power of r / radius in which a series is a polynomial."""
     return 1.0 if step in (1.0, 2.0) else step
-
-
-def _misfit(rest: FloatArray, clean: NDArray[np.bool_]) -> float:
-    """The largest systematic deviation of what a fit leaves, in what rounding alone lets expect."""
-    above, below = rest[clean], rest[~clean]
-    size = above.size // _BLOCKS
-    blocks = above[: size * _BLOCKS].reshape(_BLOCKS, size).mean(axis=1)
-    return max(
-        math.sqrt(float(np.mean(above**2))) / 1.3,
-        float(np.max(np.abs(blocks))) * math.sqrt(size) / 5.0,
-        float(np.max(np.abs(below), initial=0.0)) / 6.0,
-    )
 
 
 def _good_fits(fits: _Stretches, n: float, s: float) -> Iterator[_Fit]:

@@ -15,8 +15,15 @@ from functools import lru_cache
 import numpy as np
 
 from pymdr.errors import ProblemError
-from pymdr.mapping.closure.fit import Fit, every_other, fit_points
-from pymdr.mapping.closure.polyline import LAST, OCTAVE, Polyline, stiffness_states
+from pymdr.mapping.closure.polyline import (
+    LAST,
+    OCTAVE,
+    Fit,
+    Polyline,
+    every_other,
+    fit_points,
+    stiffness_states,
+)
 from pymdr.problem.profiles import ForceCurve
 from pymdr.units import FloatArray, metres, newtons
 

@@ -21,35 +21,7 @@ from pymdr.mapping.equivalent.polygon import PolygonLine as PolygonLine
 from pymdr.mapping.equivalent.polygon import polygon_of
 from pymdr.mapping.equivalent.worn import worn_line
 from pymdr.mapping.sources import source_of
-from pymdr.problem.profiles import (
-    AreaFunction,
-    ConcavePunch,
-    Cone,
-    DomedPunch,
-    Ellipsoid,
-    FlatPunch,
-    ForceCurve,
-    Function,
-    Function2D,
-    Hyperboloid,
-    Interpolated,
-    Paraboloid,
-    PowerLaw,
-    Profile,
-    RoundedCone,
-    RoundedFlat,
-    Sampled,
-    Sampled2D,
-    Shape,
-    Sphere,
-    SphereOnSphere,
-    Sum,
-    TruncatedCone,
-    TruncatedParaboloid,
-    TruncatedSphere,
-    Waviness,
-    Worn,
-)
+from pymdr.problem import profiles
 from pymdr.units import FloatArray
 
 _STEEPEST = 0.95
@@ -57,7 +29,7 @@ _STEEPEST = 0.95
 
 
 @singledispatch
-def equivalent_profile(profile: Profile, exponent: float = 0.0) -> EquivalentProfile:
+def equivalent_profile(profile: profiles.Profile, exponent: float = 0.0) -> EquivalentProfile:
     """
     Map a profile onto the line, g(x) = x^(1-k) int_0^x f'(r) (x^2 - r^2)^((k-1)/2) dr.
 
@@ -110,83 +82,83 @@ def equivalent_profile(profile: Profile, exponent: float = 0.0) -> EquivalentPro
 
 
 @equivalent_profile.register
-def _(profile: Sphere, exponent: float = 0.0) -> EquivalentProfile:
+def _(profile: profiles.Sphere, exponent: float = 0.0) -> EquivalentProfile:
     return SphereLine(profile.radius) if exponent == 0.0 else _on_panels(profile, exponent)
 
 
 @equivalent_profile.register
-def _(profile: SphereOnSphere, exponent: float = 0.0) -> EquivalentProfile:
-    return equivalent_profile(Sum(profile.parts), exponent)
+def _(profile: profiles.SphereOnSphere, exponent: float = 0.0) -> EquivalentProfile:
+    return equivalent_profile(profiles.Sum(profile.parts), exponent)
 
 
 @equivalent_profile.register
-def _(profile: Ellipsoid, exponent: float = 0.0) -> EquivalentProfile:
+def _(profile: profiles.Ellipsoid, exponent: float = 0.0) -> EquivalentProfile:
     if exponent != 0.0:
         return _on_panels(profile, exponent)
     return SphereLine(profile.radius, profile.height / profile.radius)
 
 
 @equivalent_profile.register
-def _(profile: Paraboloid, exponent: float = 0.0) -> EquivalentProfile:
+def _(profile: profiles.Paraboloid, exponent: float = 0.0) -> EquivalentProfile:
     # kappa(2) = 2 / (1 + k)
     return PowerLine(2.0, profile.radius / (1.0 + _checked(exponent)), profile.radius, exponent)
 
 
 @equivalent_profile.register
-def _(profile: Cone, exponent: float = 0.0) -> EquivalentProfile:
+def _(profile: profiles.Cone, exponent: float = 0.0) -> EquivalentProfile:
     kappa = math.pi / 2.0 if exponent == 0.0 else power_factor(1.0, _checked(exponent))
     return PowerLine(1.0, kappa * profile.gradient, 1.0, exponent)
 
 
 @equivalent_profile.register
-def _(profile: PowerLaw, exponent: float = 0.0) -> EquivalentProfile:
+def _(profile: profiles.PowerLaw, exponent: float = 0.0) -> EquivalentProfile:
     kappa = power_factor(profile.exponent, _checked(exponent))
     return PowerLine(profile.exponent, kappa * profile.height, profile.radius, exponent)
 
 
 @equivalent_profile.register
-def _(profile: FlatPunch, exponent: float = 0.0) -> EquivalentProfile:
+def _(profile: profiles.FlatPunch, exponent: float = 0.0) -> EquivalentProfile:
     return SumLine((), profile.radius, exponent=_checked(exponent))
 
 
 @equivalent_profile.register
-def _(profile: DomedPunch, exponent: float = 0.0) -> EquivalentProfile:
+def _(profile: profiles.DomedPunch, exponent: float = 0.0) -> EquivalentProfile:
     radius = profile.dome_radius
     dome = PowerLine(2.0, radius / (1.0 + _checked(exponent)), radius, exponent)
     return SumLine((dome,), profile.radius, exponent=exponent)
 
 
-def _by_panels(profile: Profile, exponent: float = 0.0) -> EquivalentProfile:
+def _by_panels(profile: profiles.Profile, exponent: float = 0.0) -> EquivalentProfile:
     return _on_panels(profile, exponent)
 
 
 # closed forms of g beside a rim lose the digits that places keep, and their energies have none
 for _kind in (
-    AreaFunction,
-    ConcavePunch,
-    Function,
-    Hyperboloid,
-    Interpolated,
-    RoundedCone,
-    RoundedFlat,
-    Sampled,
-    TruncatedCone,
-    TruncatedParaboloid,
-    TruncatedSphere,
-    Waviness,
+    profiles.AreaFunction,
+    profiles.ConcavePunch,
+    profiles.Function,
+    profiles.Hyperboloid,
+    profiles.Interpolated,
+    profiles.RoundedCone,
+    profiles.RoundedFlat,
+    profiles.Sampled,
+    profiles.TruncatedCone,
+    profiles.TruncatedParaboloid,
+    profiles.TruncatedSphere,
+    profiles.Waviness,
 ):
     equivalent_profile.register(_kind, _by_panels)
 
 
 @equivalent_profile.register
-def _(profile: Worn, exponent: float = 0.0) -> EquivalentProfile:
+def _(profile: profiles.Worn, exponent: float = 0.0) -> EquivalentProfile:
     if profile.spring_radius is None or exponent != 0.0:
         return _on_panels(profile, exponent)
     return worn_line(profile, equivalent_profile(profile.original))
 
 
 @equivalent_profile.register
-def _(profile: ForceCurve, exponent: float = 0.0) -> EquivalentProfile:
+def _(profile: profiles.ForceCurve, exponent: float = 0.0) -> EquivalentProfile:
     if exponent != 0.0:
         raise ProblemError(
             f"a ForceCurve needs homogeneous half-spaces, but the exponent is {exponent:g}; give exponent 0"
@@ -195,7 +167,7 @@ def _(profile: ForceCurve, exponent: float = 0.0) -> EquivalentProfile:
 
 
 @equivalent_profile.register
-def _(profile: Shape, exponent: float = 0.0) -> EquivalentProfile:
+def _(profile: profiles.Shape, exponent: float = 0.0) -> EquivalentProfile:
     name = type(profile).__name__
     raise ProblemError(
         f"{name} is not of revolution and has no equivalent profile: solve(...) gives its normal force without adhesion and friction; "
@@ -205,12 +177,12 @@ def _(profile: Shape, exponent: float = 0.0) -> EquivalentProfile:
 
 
 @lru_cache(maxsize=64)
-def _polygon(profile: ForceCurve) -> PolygonLine:
+def _polygon(profile: profiles.ForceCurve) -> PolygonLine:
     return polygon_of(closure_of(profile).stiffness, profile.modulus)
 
 
 @equivalent_profile.register
-def _(profile: Sum, exponent: float = 0.0) -> EquivalentProfile:
+def _(profile: profiles.Sum, exponent: float = 0.0) -> EquivalentProfile:
     # a registered map may support the homogeneous half-space only
     graded = (exponent,) if exponent != 0.0 else ()
     parts = [equivalent_profile(part, *graded) for part in profile.parts]
@@ -225,10 +197,10 @@ def _(profile: Sum, exponent: float = 0.0) -> EquivalentProfile:
 
 
 @lru_cache(maxsize=256)
-def _on_panels(profile: Profile, exponent: float) -> PanelLine:
+def _on_panels(profile: profiles.Profile, exponent: float) -> PanelLine:
     """One map for every profile and exponent, however many contacts it is part of."""
-    parts = profile.parts if isinstance(profile, Sum) else (profile,)
-    known = all(not isinstance(part, Function) or part.f is not None for part in parts)
+    parts = profile.parts if isinstance(profile, profiles.Sum) else (profile,)
+    known = all(not isinstance(part, profiles.Function) or part.f is not None for part in parts)
     if abs(_checked(exponent)) > _STEEPEST:
         raise ProblemError(
             f"{type(profile).__name__} has no closed form on a graded half-space of exponent {exponent:g}, and panels resolve "
@@ -245,7 +217,7 @@ def _checked(exponent: float) -> float:
     return exponent
 
 
-def gap_function(profile: Profile, equivalent: EquivalentProfile) -> Curve:
+def gap_function(profile: profiles.Profile, equivalent: EquivalentProfile) -> Curve:
     """
     f(r) of a profile as a callable, by the inverse map where a derivative was given.
 
@@ -259,8 +231,8 @@ def gap_function(profile: Profile, equivalent: EquivalentProfile) -> Curve:
     -------
     callable
     """
-    parts = profile.parts if isinstance(profile, Sum) else (profile,)
-    if all(not isinstance(part, Function) or part.f is not None for part in parts):
+    parts = profile.parts if isinstance(profile, profiles.Sum) else (profile,)
+    if all(not isinstance(part, profiles.Function) or part.f is not None for part in parts):
         return profile.gap
     end = min(equivalent.edge, equivalent.max_radius)
 
@@ -272,9 +244,9 @@ def gap_function(profile: Profile, equivalent: EquivalentProfile) -> Curve:
     return gap
 
 
-def slope_function(profile: Profile) -> Curve:
+def slope_function(profile: profiles.Profile) -> Curve:
     """f'(r) of a profile as a callable, as used by its map; that of a force curve raises an error when called."""
-    if isinstance(profile, ForceCurve):
+    if isinstance(profile, profiles.ForceCurve):
         return profile.gap_slope
     source = source_of(profile)
 
@@ -284,7 +256,7 @@ def slope_function(profile: Profile) -> Curve:
     return slope
 
 
-def has_callables(profile: Profile) -> bool:
+def has_callables(profile: profiles.Profile) -> bool:
     """
     Whether a profile holds a callable, which no file can.
 
@@ -293,12 +265,12 @@ def has_callables(profile: Profile) -> bool:
     >>> has_callables(Sphere(1.0))
     False
     """
-    parts = profile.parts if isinstance(profile, Sum) else (profile,)
-    parts = tuple(part.original if isinstance(part, Worn) else part for part in parts)
-    return any(isinstance(part, Function | Function2D) for part in parts)
+    parts = profile.parts if isinstance(profile, profiles.Sum) else (profile,)
+    parts = tuple(part.original if isinstance(part, profiles.Worn) else part for part in parts)
+    return any(isinstance(part, profiles.Function | profiles.Function2D) for part in parts)
 
 
-def without_callables(profile: Profile, top: float) -> Profile:
+def without_callables(profile: profiles.Profile, top: float) -> profiles.Profile:
     """
     The profile with every :class:`Function` replaced by the panels on which it is mapped, for saving; of a Function2D, a grid.
 
@@ -312,20 +284,20 @@ def without_callables(profile: Profile, top: float) -> Profile:
     -------
     Profile
     """
-    if isinstance(profile, Sum):
-        return Sum(tuple(without_callables(part, top) for part in profile.parts))
-    if isinstance(profile, Worn):
+    if isinstance(profile, profiles.Sum):
+        return profiles.Sum(tuple(without_callables(part, top) for part in profile.parts))
+    if isinstance(profile, profiles.Worn):
         return replace(profile, original=without_callables(profile.original, top))
-    if isinstance(profile, Function2D):
+    if isinstance(profile, profiles.Function2D):
         return _on_grid(profile, min(top, profile.max_radius))
-    return _on_panels(profile, 0.0).as_panels(top) if isinstance(profile, Function) else profile
+    return _on_panels(profile, 0.0).as_panels(top) if isinstance(profile, profiles.Function) else profile
 
 
 _PIXELS = 129
 """Number of points along both sides of the grid that replaces a callable of x and y; odd, for its apex."""
 
 
-def _on_grid(profile: Function2D, top: float) -> Sampled2D:
+def _on_grid(profile: profiles.Function2D, top: float) -> profiles.Sampled2D:
     """Its gap on a square of half a diagonal of at most `top` m about the apex, as large as all of it is known."""
     half = top / math.sqrt(2.0)
     for _ in range(60):
@@ -334,6 +306,6 @@ def _on_grid(profile: Function2D, top: float) -> Sampled2D:
         gap = profile.gap_at(x[:, None], x)
         if np.isfinite(gap).all():
             spacing = 2.0 * half / (_PIXELS - 1)
-            return Sampled2D(-gap, _PIXELS * spacing)
+            return profiles.Sampled2D(-gap, _PIXELS * spacing)
         half /= 2.0
     raise ProblemError(f"Function2D: the gap is not finite around the apex, up to {top:g} m; define it there")

@@ -16,16 +16,7 @@ from pymdr.mapping.images import CURVES, Image, joined_images, map_panels, roote
 from pymdr.mapping.kernels import GradedAbelSums, power_fractions, root_order
 from pymdr.mapping.resolving import SlopeSource, anchored_between
 from pymdr.mapping.slopes import ABOVE_TAIL, PROBED, ResolvedSlope
-from pymdr.numerics.panels import (
-    BoolArray,
-    IndexArray,
-    Panels,
-    Place,
-    Position,
-    as_place,
-    clenshaw,
-    evaluate,
-)
+from pymdr.numerics.panels import BoolArray, IndexArray, Panels, Place, Position, as_place, clenshaw, evaluate
 from pymdr.problem.profiles import Interpolated
 from pymdr.units import FloatArray
 

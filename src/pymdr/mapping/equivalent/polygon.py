@@ -165,10 +165,6 @@ def polygon_of(stiffness: Polyline, modulus: float) -> PolygonLine:
     modulus : float
         E* in Pa of the bodies whose stiffness it is.
 
-    Returns
-    -------
-    PolygonLine
-
     Notes
     -----
     Popov and Hess (2015), chapter 10.

@@ -60,10 +60,6 @@ def mean_profile(
     max_radius : float or None
         Largest radius in m; default the distance from the apex to the nearest edge.
 
-    Returns
-    -------
-    MeanProfile
-
     Raises
     ------
     ProblemError

@@ -9,37 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pymdr.errors import ConvergenceError
-from pymdr.numerics.graded.innermost import Innermost, innermost_of
-from pymdr.numerics.graded.layout import (
-    BITS,
-    CHILD,
-    COLUMNS,
-    COUNT,
-    DIVIDED,
-    FACTOR,
-    FIRST,
-    FIRST_MARK,
-    INNER_INTEGRAL,
-    KIND,
-    LOOKUP,
-    LOWEST,
-    MAX,
-    NEAR,
-    ORIGIN,
-    PARTS,
-    PER_INNERMOST,
-    PER_ROW,
-    POLYNOMIAL,
-    POWER,
-    SECOND_C,
-    SEGMENT,
-    TERMS,
-    B,
-    IntArray,
-    key_of,
-    value_of,
-)
-from pymdr.numerics.graded.panels import NOISE, Fit, Segments, polynomial
+from pymdr.numerics.graded import layout
+from pymdr.numerics.graded.panels import NOISE, Fit, Innermost, Segments, innermost_of, polynomial
 from pymdr.units import FloatArray
 
 _GAIN = 0.1  # a part has less than this fraction of the error of the whole, or division gains nothing
@@ -50,12 +21,12 @@ _MOST_KEYS = 16_384
 def build(segments: Segments, factor: float, tolerance: float) -> tuple[FloatArray, float]:
     """The rows of a table, and its largest relative error between the nodes."""
     innermost = innermost_of(segments, factor, tolerance)
-    lowest = (innermost.edge + 1023) << BITS
-    counts = np.maximum(key_of(segments.length) - lowest + 1, 0)
+    lowest = (innermost.edge + 1023) << layout.BITS
+    counts = np.maximum(layout.key_of(segments.length) - lowest + 1, 0)
     counts[segments.length <= 0.0] = 0
     segment = np.repeat(np.arange(counts.size), counts)
     key = lowest[segment] + np.arange(segment.size) - np.repeat(np.cumsum(counts) - counts, counts)
-    start, after = value_of(key), value_of(key + 1)
+    start, after = layout.value_of(key), layout.value_of(key + 1)
     graded = segments.fit(segment, start, after - start)
     return _Builder(segments, factor, tolerance).table(innermost, lowest, counts, graded)
 
@@ -64,17 +35,17 @@ class _Records(NamedTuple):
     """Panels and their rows."""
 
     fit: Fit
-    row: IntArray
-    kind: IntArray
-    child: IntArray
-    parts: IntArray
+    row: layout.IntArray
+    kind: layout.IntArray
+    child: layout.IntArray
+    parts: layout.IntArray
 
     def joined(self, other: _Records) -> _Records:
         fit = Fit(*(np.concatenate(pair) for pair in zip(self.fit, other.fit, strict=True)))
         return _Records(fit, *(np.concatenate(pair) for pair in zip(self[1:], other[1:], strict=True)))
 
 
-def _records(fit: Fit, row: IntArray) -> _Records:
+def _records(fit: Fit, row: layout.IntArray) -> _Records:
     zero = np.zeros(row.size, dtype=np.int64)
     return _Records(fit, row, zero, zero.copy(), zero.copy())
 
@@ -88,38 +59,42 @@ class _Builder:
     tolerance: float
 
     def table(
-        self, innermost: Innermost, lowest: IntArray, counts: IntArray, graded: Fit
+        self, innermost: Innermost, lowest: layout.IntArray, counts: layout.IntArray, graded: Fit
     ) -> tuple[FloatArray, float]:
         """Header, segments, look-up of segments, panels, look-up of the inverse."""
         number = counts.size
         lookup, header = self._lookup()
-        first = SEGMENT + number + lookup.shape[0] + np.cumsum(counts + 1) - counts - 1
+        first = layout.SEGMENT + number + lookup.shape[0] + np.cumsum(counts + 1) - counts - 1
         size = int(first[-1] + counts[-1]) + 1
         in_order = np.arange(graded.start.size) - np.repeat(np.cumsum(counts) - counts, counts)
         smooth = np.flatnonzero(~innermost.power)
         records = _records(graded, first[graded.segment] + 1 + in_order)
         records = records.joined(_records(innermost.fit.of(smooth), first[smooth]))
         records, size = self._divided(records, size)
-        rows = np.zeros((size, COLUMNS))
-        rows[SEGMENT : SEGMENT + number, ORIGIN] = self.segments.origin
-        rows[SEGMENT : SEGMENT + number, LOWEST] = lowest
-        rows[SEGMENT : SEGMENT + number, FIRST] = first + 1
-        rows[SEGMENT : SEGMENT + number, PER_INNERMOST] = np.ldexp(1.0, -innermost.edge)
-        rows[SEGMENT + number : SEGMENT + number + lookup.shape[0]] = lookup
-        divided = records.kind == DIVIDED
-        rows[records.row[divided], KIND] = DIVIDED
-        rows[records.row[divided], CHILD] = records.child[divided]
-        rows[records.row[divided], PARTS] = records.parts[divided]
+        rows = np.zeros((size, layout.COLUMNS))
+        rows[layout.SEGMENT : layout.SEGMENT + number, layout.ORIGIN] = self.segments.origin
+        rows[layout.SEGMENT : layout.SEGMENT + number, layout.LOWEST] = lowest
+        rows[layout.SEGMENT : layout.SEGMENT + number, layout.FIRST] = first + 1
+        rows[layout.SEGMENT : layout.SEGMENT + number, layout.PER_INNERMOST] = np.ldexp(1.0, -innermost.edge)
+        rows[layout.SEGMENT + number : layout.SEGMENT + number + lookup.shape[0]] = lookup
+        divided = records.kind == layout.DIVIDED
+        rows[records.row[divided], layout.KIND] = layout.DIVIDED
+        rows[records.row[divided], layout.CHILD] = records.child[divided]
+        rows[records.row[divided], layout.PARTS] = records.parts[divided]
         x, integral = self._integrate(rows, innermost, first, records)
-        rows[0, FACTOR] = self.factor
-        rows[0, MAX] = self.segments.last[-1]
-        rows[0, COUNT] = number
-        rows[0, FIRST_MARK] = self.segments.origin[1] if number > 1 else math.inf
-        rows[0, LOOKUP : LOOKUP + 3] = header
-        rows[0, NEAR] = size
-        rows[0, INNER_INTEGRAL : INNER_INTEGRAL + 2] = integral[[1, -1]]
+        rows[0, layout.FACTOR] = self.factor
+        rows[0, layout.MAX] = self.segments.last[-1]
+        rows[0, layout.COUNT] = number
+        rows[0, layout.FIRST_MARK] = self.segments.origin[1] if number > 1 else math.inf
+        rows[0, layout.LOOKUP : layout.LOOKUP + 3] = header
+        rows[0, layout.NEAR] = size
+        rows[0, layout.INNER_INTEGRAL : layout.INNER_INTEGRAL + 2] = integral[[1, -1]]
         error = float(records.fit.error[~divided].max(initial=0.0))
-        return np.concatenate([rows, _inverse(x, integral)]), error
+        # arguments near those at which the integral begins an eighth of an octave, from the lowest one on
+        first, last = layout.key_of(integral[[1, -1]]).tolist()
+        levels = layout.value_of(np.arange(first, last + 2))
+        near = np.interp(np.log(levels), np.log(integral[1:]), np.log(x[1:]))
+        return np.concatenate([rows, _in_rows(np.exp(near))]), error
 
     def _divided(self, records: _Records, size: int) -> tuple[_Records, int]:
         """Divide panels until they meet the tolerance, or until division gains nothing."""
@@ -131,7 +106,7 @@ class _Builder:
             if not active.size:
                 return records, size
             fit = records.fit.of(active)
-            wanted = (fit.error / self.tolerance) ** (1.0 / TERMS)
+            wanted = (fit.error / self.tolerance) ** (1.0 / layout.TERMS)
             parts = np.where(wanted < 3.6, 4, np.where(wanted < 7.2, 8, 16))
             parent = np.repeat(np.arange(active.size), parts)
             place = np.arange(parent.size) - np.repeat(np.cumsum(parts) - parts, parts)
@@ -151,7 +126,7 @@ class _Builder:
                     f"(limit {self.tolerance:.1g}, the tolerance); use a smoother function, give the marks at which it "
                     "is not smooth, or use a larger tolerance"
                 )
-            records.kind[cut] = DIVIDED
+            records.kind[cut] = layout.DIVIDED
             records.child[cut] = first[gained]
             records.parts[cut] = parts[gained]
             kept = gained[parent]
@@ -159,10 +134,10 @@ class _Builder:
             records = records.joined(_records(part.of(kept), (first[parent] + place)[kept]))
 
     def _integrate(
-        self, rows: FloatArray, innermost: Innermost, first: IntArray, records: _Records
+        self, rows: FloatArray, innermost: Innermost, first: layout.IntArray, records: _Records
     ) -> tuple[FloatArray, FloatArray]:
         """Write the undivided panels; the arguments and integrals at their starts and at the end."""
-        leaf = records.kind == POLYNOMIAL
+        leaf = records.kind == layout.POLYNOMIAL
         fit, row = records.fit.of(leaf), records.row[leaf]
         power = np.flatnonzero(innermost.power)
         b, c, q, law_width = innermost.law[power].T
@@ -171,7 +146,7 @@ class _Builder:
         size = np.concatenate([fit.width, np.ldexp(1.0, innermost.edge[power])])
         size = np.minimum(size, self.segments.span[segment] - start)
         width = fit.width[:, None]
-        powers = np.arange(1, TERMS + 1)
+        powers = np.arange(1, layout.TERMS + 1)
         integral = self.factor * width * fit.terms / powers
         second = width * integral / (powers + 1)
         t = size[: row.size, None] / width
@@ -187,13 +162,13 @@ class _Builder:
         order = np.lexsort((start, segment))
         integral_at, integral_end = _summed(gained, order)
         second_at, _ = _summed(more + integral_at * size, order)
-        rows[row, 1 : 1 + TERMS] = fit.terms
-        rows[row, 1 + TERMS] = integral_at[: row.size]
-        rows[row, 2 + TERMS : 2 + 2 * TERMS] = integral
-        rows[row, 2 + 2 * TERMS] = second_at[: row.size]
-        rows[row, 3 + 2 * TERMS] = integral_at[: row.size] * fit.width
-        rows[row, 4 + 2 * TERMS :] = second
-        rows[first[power], KIND] = POWER
+        rows[row, 1 : 1 + layout.TERMS] = fit.terms
+        rows[row, 1 + layout.TERMS] = integral_at[: row.size]
+        rows[row, 2 + layout.TERMS : 2 + 2 * layout.TERMS] = integral
+        rows[row, 2 + 2 * layout.TERMS] = second_at[: row.size]
+        rows[row, 3 + 2 * layout.TERMS] = integral_at[: row.size] * fit.width
+        rows[row, 4 + 2 * layout.TERMS :] = second
+        rows[first[power], layout.KIND] = layout.POWER
         at_mark = integral_at[row.size :], second_at[row.size :]
         values = (
             b,
@@ -207,7 +182,7 @@ class _Builder:
             second_b,
             second_c,
         )
-        rows[first[power], B : SECOND_C + 1] = np.column_stack(values)
+        rows[first[power], layout.B : layout.SECOND_C + 1] = np.column_stack(values)
         x = (self.segments.origin[segment] + start)[order]
         return np.append(x, self.segments.last[-1]), np.append(integral_at[order], integral_end)
 
@@ -215,17 +190,17 @@ class _Builder:
         """Rows of the last segment that begins before a key of the argument; their first row, lowest key and dropped bits."""
         origin, largest = self.segments.origin, self.segments.last[-1:]
         if origin.size == 1:
-            return np.zeros((0, COLUMNS)), (0, 0, 0)
+            return np.zeros((0, layout.COLUMNS)), (0, 0, 0)
         for bits in range(8, -1, -1):
-            lowest, highest = int(key_of(origin[1:2], bits)[0]), int(key_of(largest, bits)[0])
+            lowest, highest = int(layout.key_of(origin[1:2], bits)[0]), int(layout.key_of(largest, bits)[0])
             if highest - lowest < _MOST_KEYS:
                 break
-        begin = value_of(np.arange(lowest, highest + 2, dtype=np.int64), bits)
-        last = np.searchsorted(origin, begin, side="right") - 1 + SEGMENT
-        return _in_rows(last.astype(float)), (SEGMENT + origin.size, lowest, 52 - bits)
+        begin = layout.value_of(np.arange(lowest, highest + 2, dtype=np.int64), bits)
+        last = np.searchsorted(origin, begin, side="right") - 1 + layout.SEGMENT
+        return _in_rows(last.astype(float)), (layout.SEGMENT + origin.size, lowest, 52 - bits)
 
 
-def _summed(values: FloatArray, order: IntArray) -> tuple[FloatArray, float]:
+def _summed(values: FloatArray, order: layout.IntArray) -> tuple[FloatArray, float]:
     """The sums of all values before each one in order, and of all."""
     sums = np.cumsum(values[order].astype(np.longdouble))
     before = np.empty_like(values)
@@ -233,17 +208,9 @@ def _summed(values: FloatArray, order: IntArray) -> tuple[FloatArray, float]:
     return before, float(sums[-1])
 
 
-def _inverse(x: FloatArray, integral: FloatArray) -> FloatArray:
-    """Rows of arguments near those at which the integral begins an eighth of an octave, from the lowest one on."""
-    lowest, highest = key_of(integral[[1, -1]])
-    levels = value_of(np.arange(lowest, highest + 2))
-    near = np.interp(np.log(levels), np.log(integral[1:]), np.log(x[1:]))
-    return _in_rows(np.exp(near))
-
-
 def _in_rows(values: FloatArray) -> FloatArray:
-    rows = np.zeros((-(-values.size // PER_ROW), COLUMNS))
-    padded = np.zeros(rows.shape[0] * PER_ROW)
+    rows = np.zeros((-(-values.size // layout.PER_ROW), layout.COLUMNS))
+    padded = np.zeros(rows.shape[0] * layout.PER_ROW)
     padded[: values.size] = values
-    rows[:, :PER_ROW] = padded.reshape(-1, PER_ROW)
+    rows[:, : layout.PER_ROW] = padded.reshape(-1, layout.PER_ROW)
     return rows

@@ -1,4 +1,4 @@
-"""Polynomials of a function on panels of its segments, and their errors between the nodes."""
+"""Panels of the segments of a function: polynomials with their errors between the nodes, and the innermost ones."""
 
 from __future__ import annotations
 
@@ -138,3 +138,140 @@ def segments_of(function: Rising, marks: FloatArray, largest: float, describe: D
     origin = np.array(origins)
     last = np.append(np.nextafter(origin[1:], 0.0), largest)
     return Segments(function, describe, origin, last, np.append(origin[1:], largest) - origin)
+
+
+_SURE = 100  # octaves down to which f must be finite, positive and rising
+_WINDOW = 48  # octaves over which a power is compared with f
+_FEWEST = 20  # octaves above a panel with a power: powers are slow
+_CHUNK = 4  # octaves between two trials
+_RESOLVED = 9  # octaves from the spacing of floats at a mark to the innermost panel
+# some close to the mark, where the error of b is largest relative to c (offset / width)^q
+_PARTS = np.concatenate(
+    [[0.0], 2.0 ** np.arange(-48, -5, 4), [1 / 32, 1 / 16, 1 / 8, 1 / 4, 3 / 8, 1 / 2, 3 / 4, 1.0]]
+)
+_UNDERFLOW = 1e-280
+_VANISHING = 1e-150  # below it, the next value may underflow to 0
+
+
+class Innermost(NamedTuple):
+    """The panels of all segments from their marks to the offsets 2^edge."""
+
+    edge: IntArray
+    power: NDArray[np.bool_]
+    """Whether it is b + c z^q rather than a polynomial."""
+    fit: Fit
+    """The polynomials."""
+    law: FloatArray
+    """b, c, q and width of the powers b + c (offset / width)^q."""
+
+
+def innermost_of(segments: Segments, factor: float, tolerance: float) -> Innermost:
+    """The widest innermost panel of each segment that meets the tolerance."""
+    count = segments.origin.size
+    top = np.frexp(segments.length)[1].astype(np.int64)
+    least = np.frexp(np.spacing(segments.origin))[1].astype(np.int64) + (_RESOLVED - 1)
+    edge, power, law = top.copy(), np.zeros(count, dtype=bool), np.zeros((count, 4))
+    power[0] = True
+    edge[0], law[0] = _at_zero(segments, factor, tolerance)
+    empty = np.zeros(count)
+    innermost = Fit(np.arange(count), empty.copy(), empty.copy(), np.zeros((count, TERMS)), empty.copy())
+    active = np.arange(1, count)
+    while active.size:
+        fit = segments.fit(active, empty[active], np.ldexp(1.0, edge[active]))
+        size = np.minimum(fit.width, segments.length[active])
+        # wider panels would have nodes that are farther apart than those of other panels
+        done = (fit.error <= tolerance) & (size <= 0.25 * segments.origin[active])
+        for stored, values in zip(innermost, fit, strict=True):
+            stored[active] = values
+        deep = np.flatnonzero(~done & (edge[active] <= np.maximum(top[active] - _FEWEST, least[active])))
+        law[active[deep]], error = _law(segments, active[deep], size[deep], tolerance)
+        at_end = edge[active[deep]] <= least[active[deep]]
+        ends = deep[(error <= tolerance) | at_end]
+        power[active[ends]] = True
+        done[ends] = True
+        active = active[~done]
+        edge[active] = np.maximum(edge[active] - _CHUNK, least[active])
+    return Innermost(edge, power, innermost, law)
+
+
+def _law(
+    segments: Segments, segment: IntArray, width: FloatArray, tolerance: float
+) -> tuple[FloatArray, FloatArray]:
+    """The law b + c (offset / width)^q through three offsets, and its largest relative error between them."""
+    f, offset = segments.at(segment, width[:, None] * _PARTS)
+    z = offset / width[:, None]
+    free = _through(f[:, -1], f[:, -5], f[:, -7], 4.0)
+    _, c, q = free.T
+    at_mark = np.asarray(segments.function(segments.origin[segment]), dtype=float)
+    laws = np.stack(
+        [
+            _above(at_mark, f[:, -1], f[:, -5], 4.0),  # if f does not step up there
+            np.column_stack([np.maximum(f[:, 0] - c * z[:, 0] ** q, 0.0), c, q]),  # if b << c
+            free,
+        ]
+    )
+    error = np.max(np.abs(laws[..., :1] + laws[..., 1:2] * z ** laws[..., 2:] - f) / f, axis=-1)
+    best = np.where(error[0] <= tolerance, 0, np.argmin(error, axis=0)), np.arange(segment.size)
+    return np.column_stack([laws[best], width]), error[best]
+
+
+def _above(b: FloatArray, f0: FloatArray, f1: FloatArray, ratio: float) -> FloatArray:
+    """b, c and q of b + c z^q from b and its values at 1 and 1 / ratio."""
+    c, second = np.maximum(f0 - b, 0.0), f1 - b
+    rises = (second > 4e-16 * f0) & (c > 1.01 * second)
+    return np.column_stack(
+        [b, c, np.log(np.where(rises, c, ratio) / np.where(rises, second, 1.0)) / math.log(ratio)]
+    )
+
+
+def _through(f0: FloatArray, f1: FloatArray, f2: FloatArray, ratio: float) -> FloatArray:
+    """b, c and q of b + c z^q from its values at 1, 1 / ratio and 1 / ratio^2."""
+    first, second = f0 - f1, f1 - f2
+    rises = (second > 4e-16 * f0) & (first > 1.01 * second)
+    growth = np.where(rises, first, ratio) / np.where(rises, second, 1.0)
+    c = np.maximum(first, 0.0) / (1.0 - 1.0 / growth)
+    return np.column_stack([np.maximum(f0 - c, 0.0), np.minimum(c, f0), np.log(growth) / math.log(ratio)])
+
+
+def _at_zero(segments: Segments, factor: float, tolerance: float) -> tuple[int, FloatArray]:
+    """The octave below which f is b + c x^q to rounding, with b, c, q and the width of that panel."""
+    top = int(np.frexp(segments.length[0])[1]) - 1
+    steps = np.arange(min(2 * (DEEPEST + _WINDOW), 2 * (top + 1020)) + 1)
+    x = np.ldexp(np.where(steps % 2, math.sqrt(0.5), 1.0), top - steps // 2)
+    f = np.asarray(segments.function(x), dtype=float)
+    with np.errstate(under="ignore", invalid="ignore"):
+        normal = np.minimum(f, 1.0) * np.minimum(x, 1.0) ** 2 * min(factor, 1.0) > _UNDERFLOW
+        good = np.isfinite(f) & ((f > 0.0) | (np.append(f[:1], f[:-1]) < _VANISHING))
+        good[1:] &= f[1:] <= f[:-1] * (1.0 + NOISE)
+    good[0] &= bool(f[0] > 0.0)
+    size = max(int(np.argmin(normal)), 1) if not normal.all() else normal.size
+    if not good[: size + 1].all():
+        size = int(np.argmin(good))
+        if size <= 2 * _SURE:
+            segments.check(f[size::-1], x[size::-1])
+    final = max(min(size - 3, 2 * DEEPEST), 0) // 2 * 2
+    best, law = math.inf, np.zeros(3)
+    i = min(2 * _FEWEST, final)
+    while True:
+        window = f[i : min(i + 2 * _WINDOW, size - 1) + 1]
+        octaves = 0.5 * np.arange(window.size)
+        for candidate in _candidates(window):
+            errors = np.abs(candidate[0] + candidate[1] * 2.0 ** (-candidate[2] * octaves) - window) / window
+            if (error := float(errors.max())) < best:
+                best, law = error, candidate
+        if best <= 0.4 * tolerance or i >= final:
+            break
+        best = math.inf
+        i = min(i + 2 * _CHUNK, final)
+    return top - i // 2, np.append(law, x[i])
+
+
+def _candidates(f: FloatArray) -> list[FloatArray]:
+    """b, c and q of a power law, and of one above a plateau, from values at half octaves."""
+    if f.size < 2:
+        return [np.array([0.0, f[0], 1.0])]
+    q = 2.0 * math.log2(f[0] / f[-1]) / (f.size - 1)
+    laws = [np.array([0.0, f[0], q])] if q > 1e-13 else [np.array([f[0], 0.0, 1.0])]
+    if f.size > 16:
+        laws.append(_through(f[:1], f[8:9], f[16:17], 16.0)[0])
+    return laws

@@ -8,42 +8,7 @@ from typing import Any
 import numpy as np
 
 from pymdr import compiling
-from pymdr.numerics.graded.layout import (
-    BITS,
-    CHILD,
-    DROPPED,
-    FACTOR,
-    FIRST,
-    FIRST_MARK,
-    FULL_INTEGRAL,
-    INNER_INTEGRAL,
-    INTEGRAL,
-    INTEGRAL_B,
-    INTEGRAL_C,
-    KIND,
-    LOOKUP,
-    LOOKUP_LOWEST,
-    LOOKUP_SHIFT,
-    LOWEST,
-    MANTISSA,
-    MAX,
-    NEAR,
-    ONE,
-    ORIGIN,
-    PARTS,
-    PER_INNERMOST,
-    PER_ROW,
-    PER_WIDTH,
-    POLYNOMIAL,
-    POWER,
-    SECOND,
-    SECOND_B,
-    SECOND_C,
-    SEGMENT,
-    B,
-    C,
-    Q,
-)
+from pymdr.numerics.graded import layout
 from pymdr.numerics.newton import narrowed
 from pymdr.units import FloatArray
 
@@ -53,20 +18,20 @@ _fused = compiling.Fused(__file__)
 @_fused.inlined
 def entry_of(rows: FloatArray, first: float, entry: Any) -> float:
     """An entry of a look-up that begins at a row."""
-    row = int(first) + entry // PER_ROW
-    return float(rows[np.uint64(row), np.uint64(entry % PER_ROW)])
+    row = int(first) + entry // layout.PER_ROW
+    return float(rows[np.uint64(row), np.uint64(entry % layout.PER_ROW)])
 
 
 @_fused.merged
 def segment_of(rows: FloatArray, x: float) -> int:
     """Row of the segment of an argument."""
-    key = np.float64(x).view(np.int64) >> int(rows[0, LOOKUP_SHIFT])
-    key -= int(rows[0, LOOKUP_LOWEST])
-    first = rows[0, LOOKUP]
+    key = np.float64(x).view(np.int64) >> int(rows[0, layout.LOOKUP_SHIFT])
+    key -= int(rows[0, layout.LOOKUP_LOWEST])
+    first = rows[0, layout.LOOKUP]
     low, high = int(entry_of(rows, first, key)), int(entry_of(rows, first, key + 1))
     while low < high:
         middle = (low + high + 1) >> 1
-        if x >= rows[np.uint64(middle), ORIGIN]:
+        if x >= rows[np.uint64(middle), layout.ORIGIN]:
             low = middle
         else:
             high = middle - 1
@@ -76,41 +41,47 @@ def segment_of(rows: FloatArray, x: float) -> int:
 @_fused.merged
 def power_panel(rows: FloatArray, row: Any, offset: float) -> tuple[float, float, float]:
     """F = b + c z^q and its integrals."""
-    c = rows[row, C]
-    grown = (offset * rows[row, PER_WIDTH]) ** rows[row, Q] if c > 0.0 else 0.0
-    rise = offset * (rows[row, INTEGRAL_B] + rows[row, INTEGRAL_C] * grown)
-    second = rows[row, INTEGRAL] + offset * (rows[row, SECOND_B] + rows[row, SECOND_C] * grown)
-    return rows[row, B] + c * grown, rows[row, INTEGRAL] + rise, rows[row, SECOND] + offset * second
+    c = rows[row, layout.C]
+    grown = (offset * rows[row, layout.PER_WIDTH]) ** rows[row, layout.Q] if c > 0.0 else 0.0
+    rise = offset * (rows[row, layout.INTEGRAL_B] + rows[row, layout.INTEGRAL_C] * grown)
+    second = rows[row, layout.INTEGRAL] + offset * (
+        rows[row, layout.SECOND_B] + rows[row, layout.SECOND_C] * grown
+    )
+    return (
+        rows[row, layout.B] + c * grown,
+        rows[row, layout.INTEGRAL] + rise,
+        rows[row, layout.SECOND] + offset * second,
+    )
 
 
 @_fused.inlined
 def read(rows: FloatArray, x: float) -> tuple[float, float, float]:
     """f, its integral and its second integral at x > 0; NaN above the largest argument."""
-    largest = rows[0, MAX]
+    largest = rows[0, layout.MAX]
     if not x <= largest:
         if not x <= largest * (1.0 + 1e-14):
             return math.nan, math.nan, math.nan
         x = largest
-    segment = np.uint64(SEGMENT)
-    if x >= rows[0, FIRST_MARK]:
+    segment = np.uint64(layout.SEGMENT)
+    if x >= rows[0, layout.FIRST_MARK]:
         segment = np.uint64(segment_of(rows, x))
-    offset = x - rows[segment, ORIGIN]
+    offset = x - rows[segment, layout.ORIGIN]
     word = np.float64(offset).view(np.int64)
-    key: Any = (word >> DROPPED) - int(rows[segment, LOWEST])
-    t = np.int64(((word << BITS) & MANTISSA) | ONE).view(np.float64) - 1.0
+    key: Any = (word >> layout.DROPPED) - int(rows[segment, layout.LOWEST])
+    t = np.int64(((word << layout.BITS) & layout.MANTISSA) | layout.ONE).view(np.float64) - 1.0
     if key < 0:
         key = -1
-        t = offset * rows[segment, PER_INNERMOST]
-    panel = np.uint64(int(rows[segment, FIRST]) + key)
-    kind = rows[panel, KIND]
-    while kind != POLYNOMIAL:
-        if kind == POWER:
+        t = offset * rows[segment, layout.PER_INNERMOST]
+    panel = np.uint64(int(rows[segment, layout.FIRST]) + key)
+    kind = rows[panel, layout.KIND]
+    while kind != layout.POLYNOMIAL:
+        if kind == layout.POWER:
             return power_panel(rows, panel, offset)
-        t *= rows[panel, PARTS]
+        t *= rows[panel, layout.PARTS]
         part = int(t)
         t -= part
-        panel = np.uint64(int(rows[panel, CHILD]) + part)
-        kind = rows[panel, KIND]
+        panel = np.uint64(int(rows[panel, layout.CHILD]) + part)
+        kind = rows[panel, layout.KIND]
     t2 = t * t
     t4 = t2 * t2
     f = (rows[panel, 1] + t * rows[panel, 2]) + t2 * (rows[panel, 3] + t * rows[panel, 4])
@@ -128,28 +99,28 @@ def read(rows: FloatArray, x: float) -> tuple[float, float, float]:
 @_fused.inner
 def inverse(rows: FloatArray, integral: float) -> float:
     """X > 0 with a given integral > 0; NaN above the integral up to the largest argument."""
-    full: float = rows[0, FULL_INTEGRAL]
+    full: float = rows[0, layout.FULL_INTEGRAL]
     if integral >= full:
-        return float(rows[0, MAX]) if integral <= full * (1.0 + 2e-14) else math.nan
-    inner: float = rows[0, INNER_INTEGRAL]
+        return float(rows[0, layout.MAX]) if integral <= full * (1.0 + 2e-14) else math.nan
+    inner: float = rows[0, layout.INNER_INTEGRAL]
     low: float = 0.0
-    high: float = rows[0, MAX]
+    high: float = rows[0, layout.MAX]
     if integral < inner:
-        panel = np.uint64(int(rows[SEGMENT, FIRST]) - 1)
-        high = 1.0 / rows[panel, PER_WIDTH]
-        if rows[panel, B] == 0.0:
-            return float(high * (integral / inner) ** (1.0 / (1.0 + rows[panel, Q])))
-        x = min(integral / rows[panel, INTEGRAL_B], high)
+        panel = np.uint64(int(rows[layout.SEGMENT, layout.FIRST]) - 1)
+        high = 1.0 / rows[panel, layout.PER_WIDTH]
+        if rows[panel, layout.B] == 0.0:
+            return float(high * (integral / inner) ** (1.0 / (1.0 + rows[panel, layout.Q])))
+        x = min(integral / rows[panel, layout.INTEGRAL_B], high)
     else:
         word = np.float64(integral).view(np.int64)
-        entry = (word >> DROPPED) - (np.float64(inner).view(np.int64) >> DROPPED)
-        first = rows[0, NEAR]
+        entry = (word >> layout.DROPPED) - (np.float64(inner).view(np.int64) >> layout.DROPPED)
+        first = rows[0, layout.NEAR]
         near = entry_of(rows, first, entry)
-        t = np.int64(((word << BITS) & MANTISSA) | ONE).view(np.float64) - 1.0
+        t = np.int64(((word << layout.BITS) & layout.MANTISSA) | layout.ONE).view(np.float64) - 1.0
         x = min(near + t * (entry_of(rows, first, entry + 1) - near), high)
     for _ in range(200):  # convex: Newton from above; halve where rounding or a step of f spoils it
         f, here, _second = read(rows, x)
-        slope = rows[0, FACTOR] * f
+        slope = rows[0, layout.FACTOR] * f
         if here == integral:
             return float(x)
         still = abs(here - integral) <= 2e-16 * x * slope

@@ -8,33 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pymdr.numerics.graded import layout
 from pymdr.numerics.graded.building import build
-from pymdr.numerics.graded.layout import (
-    CHILD,
-    COUNT,
-    DIVIDED,
-    FACTOR,
-    FIRST,
-    FULL_INTEGRAL,
-    INNER_INTEGRAL,
-    KIND,
-    LOWEST,
-    MAX,
-    NEAR,
-    ORIGIN,
-    PARTS,
-    PER_INNERMOST,
-    PER_ROW,
-    PER_WIDTH,
-    POLYNOMIAL,
-    SECOND_C,
-    SEGMENT,
-    B,
-    IntArray,
-    Q,
-    key_of,
-    value_of,
-)
 from pymdr.numerics.graded.panels import Description, Rising, polynomial, segments_of
 from pymdr.units import FloatArray
 
@@ -55,7 +30,7 @@ class GradedTable:
     @property
     def max_argument(self) -> float:
         """The largest argument."""
-        return float(self.rows[0, MAX])
+        return float(self.rows[0, layout.MAX])
 
     def __call__(self, x: ArrayLike) -> FloatArray:
         """
@@ -83,10 +58,6 @@ class GradedTable:
         """
         Arguments x from values of factor int_0^x f.
 
-        Parameters
-        ----------
-        integral : array_like
-
         Returns
         -------
         ndarray
@@ -96,7 +67,7 @@ class GradedTable:
         flat = values.ravel()
         header = self.rows[0]
         answers = np.where(flat == 0.0, 0.0, math.nan)
-        full = header[FULL_INTEGRAL]
+        full = header[layout.FULL_INTEGRAL]
         answers[(flat >= full) & (flat <= full * _BEYOND)] = self.max_argument
         active = np.flatnonzero((flat > 0.0) & (flat < full))
         target = flat[active]
@@ -105,7 +76,7 @@ class GradedTable:
         for _ in range(_STEPS):
             value, here, _second = self._read(x)
             low, high = np.where(here < target, x, low), np.where(here >= target, x, high)
-            newton = x - (here - target) / (header[FACTOR] * value)
+            newton = x - (here - target) / (header[layout.FACTOR] * value)
             middle = low + 0.5 * (high - low)
             following = np.where((newton > low) & (newton < high), newton, middle)
             near = np.abs(here - target) <= _SETTLED * target
@@ -120,27 +91,29 @@ class GradedTable:
 
     def _near(self, integral: FloatArray) -> FloatArray:
         """Arguments near those of integrals."""
-        header, law = self.rows[0], self.rows[int(self.rows[SEGMENT, FIRST]) - 1]
-        inner = header[INNER_INTEGRAL]
-        begin = int(header[NEAR])
-        near = self.rows[begin:, :PER_ROW].ravel()
-        key = key_of(np.maximum(integral, inner))
-        entry = key - key_of(np.array([inner]))
-        fraction = (np.maximum(integral, inner) - value_of(key)) / (value_of(key + 1) - value_of(key))
+        header, law = self.rows[0], self.rows[int(self.rows[layout.SEGMENT, layout.FIRST]) - 1]
+        inner = header[layout.INNER_INTEGRAL]
+        begin = int(header[layout.NEAR])
+        near = self.rows[begin:, : layout.PER_ROW].ravel()
+        key = layout.key_of(np.maximum(integral, inner))
+        entry = key - layout.key_of(np.array([inner]))
+        fraction = (np.maximum(integral, inner) - layout.value_of(key)) / (
+            layout.value_of(key + 1) - layout.value_of(key)
+        )
         x = near[entry] + fraction * (near[entry + 1] - near[entry])
-        exponent = 1.0 if law[B] > 0.0 else 1.0 / (1.0 + law[Q])
-        below = (integral / inner) ** exponent / law[PER_WIDTH]
+        exponent = 1.0 if law[layout.B] > 0.0 else 1.0 / (1.0 + law[layout.Q])
+        below = (integral / inner) ** exponent / law[layout.PER_WIDTH]
         return np.asarray(np.minimum(np.where(integral < inner, below, x), self.max_argument))
 
     def _read(self, x: FloatArray) -> FloatArray:
         row, offset, t = self._located(x)
         answers = np.empty((3, x.size))
-        smooth = self.rows[row, KIND] == POLYNOMIAL
+        smooth = self.rows[row, layout.KIND] == layout.POLYNOMIAL
         terms, t = self.rows[row[smooth]], t[smooth, None]
         for i, (begin, end) in enumerate(((1, 9), (9, 18), (18, 28))):
             answers[i, smooth] = polynomial(terms[:, begin:end], t)[:, 0]
         b, c, q, per_width, integral, integral_b, integral_c, second, second_b, second_c = self.rows[
-            row[~smooth], B : SECOND_C + 1
+            row[~smooth], layout.B : layout.SECOND_C + 1
         ].T
         offset = offset[~smooth]
         power = np.where(c > 0.0, (offset * per_width) ** q, 0.0)
@@ -149,21 +122,21 @@ class GradedTable:
         answers[2, ~smooth] = second + offset * (integral + offset * (second_b + second_c * power))
         return answers
 
-    def _located(self, x: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
+    def _located(self, x: FloatArray) -> tuple[layout.IntArray, FloatArray, FloatArray]:
         """Rows of the panels, offsets from their marks, and t in the panels."""
-        origins = self.rows[SEGMENT : SEGMENT + int(self.rows[0, COUNT]), ORIGIN]
-        segment = self.rows[SEGMENT - 1 + np.searchsorted(origins, x, side="right")]
-        offset = x - segment[:, ORIGIN]
-        key = key_of(offset)
-        t = (offset - value_of(key)) / (value_of(key + 1) - value_of(key))
-        panel = key - segment[:, LOWEST].astype(np.int64)
-        t = np.where(panel < 0, offset * segment[:, PER_INNERMOST], t)
-        row = segment[:, FIRST].astype(np.int64) + np.maximum(panel, -1)
-        while (divided := np.flatnonzero(self.rows[row, KIND] == DIVIDED)).size:
-            t[divided] *= self.rows[row[divided], PARTS]
+        origins = self.rows[layout.SEGMENT : layout.SEGMENT + int(self.rows[0, layout.COUNT]), layout.ORIGIN]
+        segment = self.rows[layout.SEGMENT - 1 + np.searchsorted(origins, x, side="right")]
+        offset = x - segment[:, layout.ORIGIN]
+        key = layout.key_of(offset)
+        t = (offset - layout.value_of(key)) / (layout.value_of(key + 1) - layout.value_of(key))
+        panel = key - segment[:, layout.LOWEST].astype(np.int64)
+        t = np.where(panel < 0, offset * segment[:, layout.PER_INNERMOST], t)
+        row = segment[:, layout.FIRST].astype(np.int64) + np.maximum(panel, -1)
+        while (divided := np.flatnonzero(self.rows[row, layout.KIND] == layout.DIVIDED)).size:
+            t[divided] *= self.rows[row[divided], layout.PARTS]
             part = t[divided].astype(np.int64)
             t[divided] -= part
-            row[divided] = self.rows[row[divided], CHILD].astype(np.int64) + part
+            row[divided] = self.rows[row[divided], layout.CHILD].astype(np.int64) + part
         return row, offset, t
 
 

@@ -97,10 +97,6 @@ class ContactPoint:
         ----------
         *curves : MeasuredCurve
             The curve of the contact point, or all segments of the record.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
         """
         from pymdr.presentation.plot import measured_curves
 

@@ -1,4 +1,4 @@
-"""Impacts of elastic bodies, with friction in the tangential direction."""
+"""Impacts of elastic bodies, with adhesion, or with friction in the tangential direction."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from pymdr.errors import RefusedError
 from pymdr.interpretation.adhesion import energy_assumption
 from pymdr.interpretation.traction import curves_down_to
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
@@ -14,10 +15,10 @@ from pymdr.line.friction import TangentialMotion, evaluate, follow_collision
 from pymdr.line.impact import Along, Potential, depths_of_energy, elastic_potential, work
 from pymdr.problem.paths import indent
 from pymdr.rows import taken
-from pymdr.solving.colliding import bounce, motion
+from pymdr.solving.colliding import bounce, collide, motion
+from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.impacts.interpreting import QUASI_STATIC, TANGENTIAL, interpret, with_numbers
-from pymdr.solving.impacts.request import ImpactRequest
-from pymdr.solving.impacts.value import Event, Impact
+from pymdr.solving.impacts.value import Event, Impact, ImpactRequest
 from pymdr.solving.reach import Springs, map_to_springs
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray
@@ -119,3 +120,26 @@ def _rubbed(request: ImpactRequest, normal: Impact, mapped: Springs, claim: Clai
         claims={**normal.claims, **dict.fromkeys((*TANGENTIAL, "energy_lost"), tangential)},
         assumptions=(*normal.assumptions, balance),
     )
+
+
+def adhesive(request: ImpactRequest) -> Impact:
+    """An impact along the stable branches of the adhesive contact, with jumps between them."""
+    contact = request.contact
+    line = AdhesiveLine(contact)
+    course = collide(line, request.mass, request.normal, request.steps)
+    deepest = float(course.depth[course.deepest])
+    last = float(course.depth[-1])
+    # slightly beyond separation
+    back = last if course.sticks else last - 1e-3 * (deepest - last)
+    solved = solve(contact, indent(deepest) >> indent(back))
+    if not solved.claims["normal_force"].where.all():
+        raise RefusedError(
+            f"impact: the contact is not a disk throughout the impact: {solved.claims['normal_force'].reason}"
+        )
+    balance = next(a for a in solved.assumptions if a.name == "energy balance")
+    events = [Event("touch", 0.0, float(course.depth[0]))]
+    if course.jumps_in:
+        events.append(Event("jump into contact", 0.0, float(course.depth[1])))
+    events.append(Event("turning point", float(course.time[course.deepest]), deepest))
+    events.append(Event("rest" if course.sticks else "separation", float(course.time[-1]), last))
+    return interpret(request, course, solved, SOURCES["thornton-ning"], balance, tuple(events))

@@ -15,8 +15,7 @@ from pymdr.quantities import quantity
 from pymdr.result import Result, labelled
 from pymdr.solving.closure import is_curve
 from pymdr.solving.colliding import Course
-from pymdr.solving.impacts.request import ImpactRequest
-from pymdr.solving.impacts.value import Event, Impact
+from pymdr.solving.impacts.value import Event, Impact, ImpactRequest
 from pymdr.units import FloatArray
 
 if TYPE_CHECKING:

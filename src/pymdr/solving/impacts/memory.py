@@ -22,8 +22,7 @@ from pymdr.result import Result
 from pymdr.solving.closure import is_curve
 from pymdr.solving.colliding import Course
 from pymdr.solving.impacts.interpreting import NOT_MEASURED, QUASI_STATIC, interpret, with_numbers
-from pymdr.solving.impacts.request import ImpactRequest
-from pymdr.solving.impacts.value import Event, Impact
+from pymdr.solving.impacts.value import Event, Impact, ImpactRequest
 from pymdr.solving.memory import powers_of
 from pymdr.solving.rebounding import Target, followed
 from pymdr.solving.verb import solve

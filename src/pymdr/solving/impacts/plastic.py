@@ -25,8 +25,7 @@ from pymdr.problem.contact import Contact
 from pymdr.problem.paths import indent
 from pymdr.solving.colliding import Course, contact_times
 from pymdr.solving.impacts.interpreting import interpret, with_numbers
-from pymdr.solving.impacts.request import ImpactRequest
-from pymdr.solving.impacts.value import Event, Impact
+from pymdr.solving.impacts.value import Event, Impact, ImpactRequest
 from pymdr.solving.plastic import ball_of
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray, metres, written

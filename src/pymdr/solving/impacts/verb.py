@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pymdr.problem.contact import Contact
-from pymdr.solving.impacts.adhesive import adhesive
-from pymdr.solving.impacts.elastic import elastic
+from pymdr.solving.impacts.elastic import adhesive, elastic
 from pymdr.solving.impacts.interpreting import of_shape, with_history
 from pymdr.solving.impacts.memory import remembering
 from pymdr.solving.impacts.plastic import plastic
-from pymdr.solving.impacts.request import read
-from pymdr.solving.impacts.value import Impact
+from pymdr.solving.impacts.value import Impact, read
 from pymdr.units import QuantityLike
 
 

@@ -18,19 +18,14 @@ from pymdr.problem.materials import Elastic, Material
 from pymdr.problem.profiles import AreaFunction
 from pymdr.problem.profiles.area import MOST_COEFFICIENTS
 from pymdr.solving.fits.spectrum import NORMAL_95
-from pymdr.solving.nanoindentation.analysing import (
-    STEP,
-    common_priors,
-    differences,
-    peak_with_covariance,
-)
+from pymdr.solving.nanoindentation.analysing import STEP, common_priors, differences, peak_with_covariance
 from pymdr.solving.nanoindentation.records import Record, Records, records_of
 from pymdr.solving.nanoindentation.unloading import Peak, fit_limits, fitted_power, unloading_of
-from pymdr.solving.study import Column, Study
+from pymdr.solving.study import Column, Study, dataset
 from pymdr.units import FloatArray, QuantityLike, shown, to_si, written
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
 _WHO = "calibrate_area"
 DIAMOND = Elastic("1141 GPa", 0.07)
@@ -56,6 +51,7 @@ class AreaCalibration(Study):
     """Of the frame compliance in m/N and the coefficients."""
 
     subject: ClassVar[str] = "a calibration of an area function"
+    _drawn: ClassVar = ("area_study", "data")
     claims_of_rows: ClassVar[bool] = False
     columns: ClassVar[Mapping[str, Column]] = {
         "indent": Column("indent", ""),
@@ -98,12 +94,6 @@ class AreaCalibration(Study):
                 for i, (value, (low, high)) in enumerate(zip(self.area.coefficients, ends, strict=True))
             ),
         ]
-
-    def _figure(self) -> Figure:
-        """Measured and fitted areas over the contact depth."""
-        from pymdr.presentation.plot import area_study
-
-        return area_study(self.data)
 
 
 def calibrate_area(
@@ -380,8 +370,6 @@ def _filled(whole: FloatArray, part: FloatArray, where: slice) -> FloatArray:
 
 
 def _study(model: _Model, solved: FloatArray, frame: float, known: tuple[float, float]) -> AreaCalibration:
-    import xarray as xr
-
     measured, peaks = model.measured, model.peaks
     free = slice(1, None) if model.frame_given else slice(0, None)
     weight = 1.0 / model.deviations(solved)
@@ -418,7 +406,7 @@ def _study(model: _Model, solved: FloatArray, frame: float, known: tuple[float, 
         "least squares over all indents; it relies on the modulus of the reference and on elastic sink-in"
     )
     return AreaCalibration(
-        data=xr.Dataset(
+        data=dataset(
             {name: ("indent", values, {"units": unit}) for name, (values, unit) in columns.items()},
             coords={"indent": ("indent", np.arange(1, area.size + 1), {"units": ""})},
             attrs={

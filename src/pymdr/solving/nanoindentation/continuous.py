@@ -19,11 +19,11 @@ from pymdr.solving.nanoindentation.arguments import Known, settings_of
 from pymdr.solving.nanoindentation.calibrating import DIAMOND, AreaCalibration
 from pymdr.solving.nanoindentation.records import Record, Records, records_of
 from pymdr.solving.nanoindentation.unloading import Peak, errors_of, noise_of
-from pymdr.solving.study import Column, Study
+from pymdr.solving.study import Column, Study, dataset
 from pymdr.units import FloatArray, QuantityLike, shown, written
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
 _WHO = "continuous_stiffness"
 _FEWEST, _RATIO = 12, 1.3
@@ -76,6 +76,7 @@ class ContinuousStiffness(Study):
     """Tip, frame and area function."""
 
     subject: ClassVar[str] = "a continuous stiffness"
+    _drawn: ClassVar = ("profile_study", "data")
     claims_of_rows: ClassVar[bool] = False
     columns: ClassVar[Mapping[str, Column]] = {
         "indent": Column("indent", ""),
@@ -96,12 +97,6 @@ class ContinuousStiffness(Study):
             f"frame compliance {written(attributes['frame_compliance'], 'm/N')}, beta = {attributes['beta']:g}, epsilon = "
             f"{attributes['epsilon']:g}; E low and E high are ends of 95 % intervals"
         ]
-
-    def _figure(self) -> Figure:
-        """Hardness and modulus over depth."""
-        from pymdr.presentation.plot import profile_study
-
-        return profile_study(self.data)
 
 
 def continuous_stiffness(
@@ -329,8 +324,6 @@ def _root(covariance: FloatArray) -> FloatArray:
 def _study(
     profiles: Sequence[tuple[Point, ...]], notes: Sequence[str], settings: Settings
 ) -> ContinuousStiffness:
-    import xarray as xr
-
     width = max(len(profile) for profile in profiles)
     columns: dict[str, FloatArray] = {}
     for name in profiles[0][0].values:
@@ -356,7 +349,7 @@ def _study(
         )
     ratio = columns["normal_force"] / columns["stiffness"] / columns["indentation"]
     return ContinuousStiffness(
-        data=xr.Dataset(
+        data=dataset(
             {
                 name: (
                     ("indent", "point"),

@@ -14,7 +14,7 @@ from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
 from pymdr.solving.fits.spectrum import NORMAL_95
 from pymdr.solving.nanoindentation.records import CorrectedRecords, Record, Records, records_of
 from pymdr.solving.nanoindentation.unloading import errors_of, noise_of
-from pymdr.solving.study import Column, Study
+from pymdr.solving.study import Column, Study, dataset
 from pymdr.units import FloatArray, QuantityLike, shown, to_si
 
 if TYPE_CHECKING:
@@ -268,8 +268,6 @@ def _corrected(record: Record, hold: _Hold) -> Record:
 
 
 def _study(listed: Sequence[Record], holds: Sequence[_Hold], corrected: Sequence[Record]) -> ThermalDrift:
-    import xarray as xr
-
     times = [record.time for record in listed if record.time is not None]
     rate, half = np.array([one.rate for one in holds]), np.array([one.half for one in holds])
     correction = np.array(
@@ -301,7 +299,7 @@ def _study(listed: Sequence[Record], holds: Sequence[_Hold], corrected: Sequence
     )
     unsteady = max(abs(one.change) / one.change_error if one.change_error > 0.0 else 0.0 for one in holds)
     return ThermalDrift(
-        data=xr.Dataset(
+        data=dataset(
             {name: ("indent", values, {"units": unit}) for name, (values, unit) in columns.items()},
             coords={"indent": ("indent", np.arange(1, len(holds) + 1), {"units": ""})},
         ),

@@ -20,11 +20,11 @@ from pymdr.problem.layers import Layer, Layered
 from pymdr.problem.materials import Elastic, Rigid
 from pymdr.problem.profiles import Paraboloid
 from pymdr.solving.nanoindentation.continuous import ContinuousStiffness
-from pymdr.solving.study import Column, Study, number
+from pymdr.solving.study import Column, Study, dataset, number
 from pymdr.units import FloatArray, QuantityLike, metres, pascals, shown, to_si, written
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
 _WHO = "film_modulus"
 _FACTOR, _TRIED = 30.0, 13
@@ -74,6 +74,7 @@ class FilmModulus(Study):
     """Film and substrate, for :func:`pymdr.solve`."""
 
     subject: ClassVar[str] = "a modulus of a film"
+    _drawn: ClassVar = ("film_study", "data")
     claims_of_rows: ClassVar[bool] = False
     columns: ClassVar[Mapping[str, Column]] = {
         "point": Column("point", ""),
@@ -96,12 +97,6 @@ class FilmModulus(Study):
             f"film E = {pascals(self.young_modulus)}, 95 % between {pascals(low)} and {pascals(high)}, thickness "
             f"{metres(self.body.thickness)}"
         ]
-
-    def _figure(self) -> Figure:
-        """Measured and fitted moduli over the width of the contact."""
-        from pymdr.presentation.plot import film_study
-
-        return film_study(self.data)
 
 
 class _Data(NamedTuple):
@@ -333,8 +328,6 @@ def _inverted(series: FloatArray, measured: FloatArray) -> FloatArray:
 
 
 def _study(data: _Data, fit: _Fit, body: Callable[[float], Layered], height: float) -> FilmModulus:
-    import xarray as xr
-
     columns = {
         "contact_radius": (data.radius, "m"),
         "width": (data.radius / height, ""),
@@ -361,7 +354,7 @@ def _study(data: _Data, fit: _Fit, body: Callable[[float], Layered], height: flo
             "substrate, another thickness, or a modulus that varies with depth"
         )
     return FilmModulus(
-        data=xr.Dataset(
+        data=dataset(
             {
                 **{name: ("point", values, {"units": unit}) for name, (values, unit) in columns.items()},
                 **{name: ((), value, {"units": "Pa"}) for name, value in single.items()},

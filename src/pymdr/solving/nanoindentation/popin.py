@@ -16,7 +16,7 @@ from pymdr.problem.contact import Contact
 from pymdr.problem.paths import Path
 from pymdr.solving.nanoindentation.records import Record, Records, records_of
 from pymdr.solving.nanoindentation.unloading import noise_of
-from pymdr.solving.study import Column, Study
+from pymdr.solving.study import Column, Study, dataset
 from pymdr.solving.verb import solve
 from pymdr.solving.yielding import first_yield
 from pymdr.units import FloatArray, QuantityLike, metres, newtons, pascals, shown, to_si
@@ -314,8 +314,6 @@ def _event(table: _Jumps, row: int, h: FloatArray, f: FloatArray, start: int, no
 def _study(
     listed: Sequence[Record], searches: Sequence[_Search], contact: Contact | None, strength: float | None
 ) -> PopIn:
-    import xarray as xr
-
     empty = _Event(0, math.nan, math.nan, math.nan, math.nan, math.nan)
     events = [one.event or empty for one in searches]
     force, half = np.array([e.force for e in events]), np.array([e.force_half for e in events])
@@ -353,7 +351,7 @@ def _study(
             claims["strength_force"] = yields.claims["normal_force"]
     missing = [str(i) for i, one in enumerate(searches, 1) if one.event is None]
     return PopIn(
-        data=xr.Dataset(
+        data=dataset(
             {
                 **{name: ("indent", values, {"units": unit}) for name, (values, unit) in columns.items()},
                 **{name: ((), value, {"units": "N"}) for name, value in single.items()},

@@ -23,7 +23,7 @@ from pymdr.solving.nanoindentation.arguments import Known, settings_of
 from pymdr.solving.nanoindentation.calibrating import DIAMOND, AreaCalibration
 from pymdr.solving.nanoindentation.records import Records, records_of
 from pymdr.solving.nanoindentation.unloading import fit_limits, forces
-from pymdr.solving.study import Column, Study
+from pymdr.solving.study import Column, Study, dataset
 from pymdr.units import FloatArray, QuantityLike, written
 
 if TYPE_CHECKING:
@@ -196,15 +196,13 @@ def oliver_pharr(
 
 
 def _data(indents: Sequence[Indent], settings: Settings) -> xr.Dataset:
-    import xarray as xr
-
     both = [[indent.by[name] for name in PROCEDURES] for indent in indents]
     columns: dict[str, tuple[FloatArray, str]] = {}
     for name in both[0][0].values:
         for end in ("values", "low", "high"):
             numbers = np.array([[getattr(result, end)[name] for result in row] for row in both])
             columns[name if end == "values" else f"{name}_{end}"] = (numbers, UNITS[name])
-    return xr.Dataset(
+    return dataset(
         {
             "peak_force": ("indent", np.array([i.rows.peak_force for i in indents]), {"units": "N"}),
             **{

@@ -1,14 +1,20 @@
-"""The state at a load: forces, stiffnesses and areas of a solution, and of one on a coarse grid."""
+"""The state at a load, also as a dataset: forces, stiffnesses and areas of a solution, and of one on a coarse grid."""
 
 from __future__ import annotations
 
+import hashlib
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from pymdr.independent.engines import HalfSpace, Pressing
+from pymdr.problem.topography import Topography
+from pymdr.solving.study import dataset
 from pymdr.units import FloatArray
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 MAPS = {"pressure": "Pa", "gap": "m"}
 """Maps of a load, and their SI units."""
@@ -147,3 +153,24 @@ def summit_rise(heights: FloatArray) -> float:
             rounded = smooth * rounded + (1.0 - smooth) * sharp
         rise += rounded
     return rise
+
+
+def as_dataset(state: State, surface: Topography) -> xr.Dataset:
+    """Maps over x and y, and numbers, in SI units."""
+    maps = {name: (("x", "y"), getattr(state, name), {"units": unit}) for name, unit in MAPS.items()}
+    numbers = {name: ((), getattr(state, name)) for name in State.numbers()}
+    return dataset(maps | numbers, coords={"x": surface.x, "y": surface.y})
+
+
+def from_dataset(stored: xr.Dataset) -> State:
+    """The inverse of :func:`as_dataset`."""
+    numbers = {name: float(stored[name]) for name in State.numbers()}
+    return State(**numbers, pressure=stored["pressure"].values, gap=stored["gap"].values)
+
+
+def fingerprint(surface: Topography) -> str:
+    """A digest of the heights and the size of a surface."""
+    digest = hashlib.sha256(repr(surface.heights.shape).encode())
+    for array in (surface.heights, surface.size):
+        digest.update(np.ascontiguousarray(array, dtype="<f8").tobytes())
+    return digest.hexdigest()

@@ -21,17 +21,26 @@ from pymdr.problem.options import with_options
 from pymdr.problem.rough import RoughSurface
 from pymdr.problem.topography import Topography, as_topography
 from pymdr.solving.arguments import Loads, positive_loads
-from pymdr.solving.kept import KeptParts
-from pymdr.solving.press.keeping import as_dataset, fingerprint, from_dataset
-from pymdr.solving.press.states import TOLERANCE, Grid, State, rms_slope, summit_rise
+from pymdr.solving.press.states import (
+    TOLERANCE,
+    Grid,
+    State,
+    as_dataset,
+    fingerprint,
+    from_dataset,
+    rms_slope,
+    summit_rise,
+)
 from pymdr.solving.press.value import PressedSurface
 from pymdr.solving.study import over_rows
+from pymdr.solving.workers import KeptParts
 from pymdr.units import FloatArray, shown
 
 if TYPE_CHECKING:
     import os
 
     import xarray as xr
+
 
 _PREFIX = "press"
 _FEWEST = 8
@@ -212,6 +221,15 @@ def patch_of(surface: Topography | RoughSurface, punch: bool = False) -> tuple[T
     return surface, punch
 
 
+def _refuse_too_large(shape: tuple[int, int], loads: int, engine: Engine, kept: bool) -> None:
+    needed = bytes_of(shape, loads, engine, kept=kept)
+    if needed > memory_of_machine():
+        raise ProblemError(
+            f"{_PREFIX}: {shape[0]} x {shape[1]} pixels at {loads} loads need about {bytes_text(round(needed))} (limit "
+            f"{bytes_text(round(memory_of_machine()))}, the memory of this machine); use fewer loads, a part of the surface, or a longer shortest wavelength of a RoughSurface"
+        )
+
+
 def _modulus(body: Material, counterbody: Material | None) -> float:
     other = Rigid() if counterbody is None else counterbody
     for one in (body, other):
@@ -221,15 +239,6 @@ def _modulus(body: Material, counterbody: Material | None) -> float:
                 "TransverselyIsotropic (for a viscoelastic body, then its force_curve())"
             )
     return float(effective_moduli(body, other).normal)
-
-
-def _refuse_too_large(shape: tuple[int, int], loads: int, engine: Engine, kept: bool) -> None:
-    needed = bytes_of(shape, loads, engine, kept=kept)
-    if needed > memory_of_machine():
-        raise ProblemError(
-            f"{_PREFIX}: {shape[0]} x {shape[1]} pixels at {loads} loads need about {bytes_text(round(needed))} (limit "
-            f"{bytes_text(round(memory_of_machine()))}, the memory of this machine); use fewer loads, a part of the surface, or a longer shortest wavelength of a RoughSurface"
-        )
 
 
 def _followed(
@@ -286,6 +295,10 @@ def _grid(patch: Topography, step: int, engine: Engine) -> Grid:
     return Grid(half_space, heights, spacing)
 
 
+def _at_border(touching: np.ndarray) -> bool:
+    return bool(any(edge.any() for edge in (touching[0], touching[-1], touching[:, 0], touching[:, -1])))
+
+
 def _on_coarse(
     fine: Grid, coarse: Grid, scale: float, modulus: float, load: dict[str, float]
 ) -> dict[str, float]:
@@ -300,10 +313,6 @@ def _on_coarse(
     _, numbers = coarse.press(scale, modulus, start=None, **load)
     numbers["indentation"] += lower
     return {f"coarse_{name}": numbers[name] for name in names}
-
-
-def _at_border(touching: np.ndarray) -> bool:
-    return bool(any(edge.any() for edge in (touching[0], touching[-1], touching[:, 0], touching[:, -1])))
 
 
 def _labelled(
