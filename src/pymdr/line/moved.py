@@ -178,7 +178,7 @@ class OnNormal(WithoutAdhesion, Moved):
 
     normal: Moved
     """The same contacts without friction."""
-    _own: tuple[np.ndarray, np.ndarray]
+    _own: tuple[np.ndarray, ...]
 
     @property
     def arrays(self) -> tuple[np.ndarray, ...]:

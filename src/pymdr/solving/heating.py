@@ -369,7 +369,7 @@ def _rise_over_radius(
     """The rise in K of the surface by speed, to twice the contact radius; empty for a force curve."""
     speeds = {"speed": ("speed", v, {"units": "m/s"})}
     if is_curve(contact):
-        return dataset(coords=speeds)
+        return dataset({}, coords=speeds)
     a, d, excess = (float(one[0]) for one in (states.contact_radius, states.indentation, states.edge_excess))
     r = a * np.concatenate([np.sin(np.linspace(0.0, 0.5 * math.pi, 81)), np.linspace(1.0, 2.0, 41)[1:]])
     u = normal_displacement(
