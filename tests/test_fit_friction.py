@@ -45,13 +45,13 @@ def mindlin(shift, turns, slides, most):
     log_young=st.floats(4.0, 11.0),
     log_press=st.floats(-4.0, -1.5),
     mu=st.floats(0.05, 1.5),
-    log_reach=st.floats(0.35, 1.8),
+    shift_ratio=st.floats(0.35, 1.8),
     offset=st.floats(-1.0, 1.0),
     log_start=st.floats(-2.0, 2.0),
     by_force=st.booleans(),
 )
 def test_friction_and_modulus_of_any_size_are_recovered(
-    log_size, log_young, log_press, mu, log_reach, offset, log_start, by_force
+    log_size, log_young, log_press, mu, shift_ratio, offset, log_start, by_force
 ):
     radius, young, poisson = 10.0**log_size, 10.0**log_young, 0.3
     depth = radius * 10.0**log_press
@@ -59,7 +59,7 @@ def test_friction_and_modulus_of_any_size_are_recovered(
     load = 4.0 / 3.0 * modulus * math.sqrt(radius) * depth**1.5
     # G* of one body on a rigid one, 4 G / (2 - nu)
     slides = mu * modulus * depth / (2.0 * young / (1.0 + poisson) / (2.0 - poisson))
-    top = log_reach * slides
+    top = shift_ratio * slides
     n = 40
     shift = np.concatenate(
         [np.linspace(0, top, n)[1:], *(np.linspace(a, -a, 2 * n)[1:] for a in (top, -top))]

@@ -11,7 +11,7 @@ from tests.drawing import examples
 import pymdr as mdr
 from pymdr.line.foundation import states_at_depth
 from pymdr.line.plane import PlaneLaw, Springs, follow_plane, virgin_plane
-from pymdr.solving.reach import map_to_springs
+from pymdr.solving.mapped import map_to_springs
 
 STEEL, GLASS = mdr.Elastic("210 GPa", 0.3), mdr.Elastic("70 GPa", 0.2)
 

@@ -253,7 +253,7 @@ class ZoneCheck:
     """Errors of the fields over their largest values, from fewer springs."""
     overlap: FloatArray
     """Deepest overlap over the range of the attraction, negative without one."""
-    reach: FloatArray
+    least_gap: FloatArray
     """Smallest gap beyond the zone over the range of the attraction."""
 
     def error(self, name: str, size: int) -> FloatArray:
@@ -274,7 +274,7 @@ class ZoneCheck:
             Assumption(
                 "gap beyond the zone",
                 "1 minus the smallest gap beyond the zone over the range of the attraction",
-                max(1.0 - float(np.min(self.reach)), 0.0),
+                max(1.0 - float(np.min(self.least_gap)), 0.0),
                 _WITHIN,
             ),
         )
@@ -299,7 +299,7 @@ def check_zone(
         Range of the attraction in m.
     """
     errors: dict[str, list[float]] = {name: [] for name in NORMAL_FIELDS}
-    overlap, reach = [], []
+    overlap, least_gap = [], []
     for one, other in zip(fine, coarse, strict=True):
         a, c = one.contact_radius, one.cohesive_radius
         size = c or float(one.outside[-1])
@@ -317,10 +317,10 @@ def check_zone(
             errors[name].append(min(missed / largest, 1.0) if largest > 0.0 else 0.0)
             if name == "gap":
                 overlap.append(-float(np.min(values[: zone.size])) / range_ if c > 0.0 else 0.0)
-                reach.append(float(np.min(values[zone.size :], initial=math.inf)) / range_)
+                least_gap.append(float(np.min(values[zone.size :], initial=math.inf)) / range_)
     return ZoneCheck(
         np.array(rows),
         {name: np.array(each) for name, each in errors.items()},
         np.array(overlap),
-        np.array(reach),
+        np.array(least_gap),
     )

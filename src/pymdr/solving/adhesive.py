@@ -35,8 +35,8 @@ from pymdr.result import Result, Status
 from pymdr.rows import joined, taken
 from pymdr.solving.adhesive_rows import Rows, State, left_out, rows_of, stiffness_of, with_tear_off_losses
 from pymdr.solving.equilibria import AdhesiveLine
+from pymdr.solving.mapped import assumptions, map_remark
 from pymdr.solving.normal import refuse_tangential
-from pymdr.solving.reach import assumptions, map_remark
 from pymdr.solving.walk import (
     Channels,
     Interpretation,

@@ -28,7 +28,7 @@ from pymdr.problem.profiles import Ellipsoid, Profile, Sphere
 from pymdr.rows import joined, taken
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.frictional import disks_down_to
-from pymdr.solving.reach import Springs
+from pymdr.solving.mapped import Springs
 from pymdr.units import FloatArray, metres, written
 
 _LEVELS = 400

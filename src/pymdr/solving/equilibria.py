@@ -21,7 +21,7 @@ from pymdr.mapping.equivalent import EquivalentProfile, PowerLine, SumLine, gap_
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import AdhesionLaw
 from pymdr.problem.profiles import Profile, Sampled, Sphere, Sum
-from pymdr.solving.reach import Mapped, map_to_line
+from pymdr.solving.mapped import Mapped, map_to_line
 from pymdr.units import FloatArray, metres, written
 
 _GROWTH, _BEYOND, _TRIES = 1.5, 1.2, 60

@@ -59,8 +59,8 @@ from pymdr.problem.values import within_range
 from pymdr.result import Result, Status
 from pymdr.rows import joined, taken
 from pymdr.solving.arguments import one_load
+from pymdr.solving.mapped import Springs, assumptions, map_remark, map_to_springs, refuse_unreachable
 from pymdr.solving.normal import refuse_tension
-from pymdr.solving.reach import Springs, assumptions, map_remark, map_to_springs, refuse_unreachable
 from pymdr.solving.walk import (
     Channels,
     Interpretation,

@@ -25,7 +25,7 @@ from pymdr.result import Result
 from pymdr.solving.arguments import one_row, positive_speeds
 from pymdr.solving.closure import is_curve
 from pymdr.solving.frictional import frictional_assumptions, pressed_joint
-from pymdr.solving.reach import map_remark
+from pymdr.solving.mapped import map_remark
 from pymdr.solving.study import Column, Study, dataset, over_rows
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, written
 

@@ -25,7 +25,7 @@ from pymdr.problem.profiles import ForceCurve
 from pymdr.solving.bands import band_note, scatter_of, shifted
 from pymdr.solving.closure import is_curve
 from pymdr.solving.frictional import frictional_assumptions, pressed_joint
-from pymdr.solving.reach import Springs, map_remark
+from pymdr.solving.mapped import Springs, map_remark
 from pymdr.solving.study import Column, Study, dataset
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, newtons, shown, to_si_array
 

@@ -45,7 +45,7 @@ from pymdr.problem.paths import TANGENTIAL_CHANNELS, Cycle, LoadingPath, Path, n
 from pymdr.problem.schedule import Planned, Stretch, planned
 from pymdr.result import Result, Status
 from pymdr.rows import taken
-from pymdr.solving.reach import Mapped, assumptions, g_samples, map_remark, map_to_line, refuse_unreachable
+from pymdr.solving.mapped import Mapped, assumptions, g_samples, map_remark, map_to_line, refuse_unreachable
 from pymdr.solving.walk import (
     Channels,
     Interpretation,

@@ -39,9 +39,9 @@ from pymdr.problem.schedule import PLANE_CHANNELS, Stretch, is_torsional, known_
 from pymdr.result import Result, Status
 from pymdr.rows import taken
 from pymdr.solving.frictional import disks_down_to, frictional_assumptions, solve_frictional
+from pymdr.solving.mapped import Springs as MappedSprings
+from pymdr.solving.mapped import map_to_springs, refuse_unreachable
 from pymdr.solving.normal import refuse_tension
-from pymdr.solving.reach import Springs as MappedSprings
-from pymdr.solving.reach import map_to_springs, refuse_unreachable
 from pymdr.solving.walk import (
     Channels,
     Interpretation,

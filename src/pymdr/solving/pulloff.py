@@ -24,7 +24,7 @@ from pymdr.problem.profiles import Profile
 from pymdr.quantities import quantity
 from pymdr.solving.adhesive import HystereticLine
 from pymdr.solving.equilibria import AdhesiveLine
-from pymdr.solving.reach import assumptions, map_remark
+from pymdr.solving.mapped import assumptions, map_remark
 from pymdr.solving.study import Study, dataset, number
 from pymdr.solving.verb import read_stiffness
 from pymdr.units import FloatArray, QuantityLike, to_si

@@ -253,16 +253,16 @@ def _approach(contact: Contact, speed: float, stiffness: float, quantity: str, t
         raise ProblemError(
             "pull_off: bodies with memory need an adhesion of known stress; give MaugisDugdale(work, range=...) or Capillary (solve follows JKR(work, range=...) along a path)"
         )
-    reach = law.work / law.cohesive_stress
+    range_ = law.work / law.cohesive_stress
     channel = "indentation" if math.isinf(stiffness) else "travel"
     machine = None if math.isinf(stiffness) else stiffness
     top = target
-    relaxation = relaxation_along(contact, Path(time=[0.0, reach / speed], indentation=[-reach, 0.0]))
+    relaxation = relaxation_along(contact, Path(time=[0.0, range_ / speed], indentation=[-range_, 0.0]))
     refuse_flow(relaxation, "pull_off")
     if quantity == "normal_force":
         bare = Contact(contact.profile, Elastic(relaxation.rubbery, 0.0))
-        top = float(solve(bare, load(max(target, law.work * reach))).data["indentation"].values[-1])
-    approach = _Approach(channel, -reach, top, speed)
+        top = float(solve(bare, load(max(target, law.work * range_))).data["indentation"].values[-1])
+    approach = _Approach(channel, -range_, top, speed)
     if quantity == channel:
         return approach
     if machine is not None:

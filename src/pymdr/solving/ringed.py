@@ -25,8 +25,8 @@ from pymdr.problem.schedule import Stretch, uses
 from pymdr.result import Result, Status
 from pymdr.rows import taken
 from pymdr.solving import memory
+from pymdr.solving.mapped import Mapped, assumptions, half_space_assumptions, map_to_line, notes_of
 from pymdr.solving.normal import check_normal_path, refuse_tension
-from pymdr.solving.reach import Mapped, assumptions, half_space_assumptions, map_to_line, notes_of
 from pymdr.solving.walk import Channels, Interpretation, LegProgress, Task, Walked, solution, walk
 from pymdr.solving.zones import zone_relaxation
 from pymdr.units import FloatArray

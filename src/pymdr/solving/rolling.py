@@ -29,7 +29,7 @@ from pymdr.solving.arguments import one_row
 from pymdr.solving.bands import no_bands
 from pymdr.solving.closure import refuse_curve
 from pymdr.solving.frictional import frictional_assumptions, pressed_joint
-from pymdr.solving.reach import Springs, map_remark
+from pymdr.solving.mapped import Springs, map_remark
 from pymdr.solving.study import Column, Study, dataset, over_rows
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, metres, shown, to_si_array, written
 

@@ -31,8 +31,8 @@ from pymdr.problem.profiles import EllipticParaboloid, Profile, Shape
 from pymdr.problem.schedule import Stretch
 from pymdr.result import FieldReader, Result, Status
 from pymdr.rows import taken
+from pymdr.solving.mapped import refuse_unreachable
 from pymdr.solving.normal import check_normal_path, refuse_tension
-from pymdr.solving.reach import refuse_unreachable
 from pymdr.solving.walk import (
     Channels,
     Interpretation,

@@ -23,8 +23,8 @@ from pymdr.result import Result, Status
 from pymdr.solving.adhesive import refuse_pull_on_nothing
 from pymdr.solving.adhesive_rows import stiffness_of
 from pymdr.solving.equilibria import AdhesiveLine
+from pymdr.solving.mapped import assumptions
 from pymdr.solving.normal import refuse_tangential
-from pymdr.solving.reach import assumptions
 from pymdr.solving.walk import (
     Channels,
     Interpretation,

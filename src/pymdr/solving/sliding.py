@@ -32,8 +32,8 @@ from pymdr.solving.arguments import positive_load, positive_speeds
 from pymdr.solving.bands import no_bands
 from pymdr.solving.closure import refuse_curve
 from pymdr.solving.frictional import disks_down_to
+from pymdr.solving.mapped import map_remark, notes_of, refuse_unreachable
 from pymdr.solving.memory import assumptions_with_memory, powers_of
-from pymdr.solving.reach import map_remark, notes_of, refuse_unreachable
 from pymdr.solving.study import Column, Study, over_rows
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, metres, written
 

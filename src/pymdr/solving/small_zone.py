@@ -19,9 +19,9 @@ from pymdr.problem.schedule import Stretch
 from pymdr.result import Result, Status
 from pymdr.result.readers import FieldReader
 from pymdr.solving.equilibria import AdhesiveLine
+from pymdr.solving.mapped import notes_of
 from pymdr.solving.memory import assumptions_with_memory, refuse_flow, relaxation_along
 from pymdr.solving.normal import refuse_tangential
-from pymdr.solving.reach import notes_of
 from pymdr.solving.soft import controls_of
 from pymdr.solving.walk import (
     Channels,

@@ -22,8 +22,8 @@ from pymdr.problem.contact import Contact
 from pymdr.problem.schedule import Stretch, planned, total_rows
 from pymdr.result import Result, Status
 from pymdr.solving import memory
+from pymdr.solving.mapped import notes_of
 from pymdr.solving.normal import refuse_tangential
-from pymdr.solving.reach import notes_of
 from pymdr.solving.walk import (
     Channels,
     Interpretation,

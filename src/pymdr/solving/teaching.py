@@ -10,7 +10,7 @@ from pymdr.errors import ProblemError
 from pymdr.line.foundation import SpringFoundation, spring_foundation, states_at_depth
 from pymdr.line.friction import SpringHistory, springs
 from pymdr.problem.contact import Contact, require_contact
-from pymdr.solving.reach import map_to_springs, refuse_unreachable
+from pymdr.solving.mapped import map_to_springs, refuse_unreachable
 from pymdr.units import ArrayQuantityLike, QuantityLike, metres, to_si, to_si_array
 
 

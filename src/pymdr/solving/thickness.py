@@ -18,7 +18,7 @@ from pymdr.problem.layers import Layer, Layered
 from pymdr.problem.materials import Elastic
 from pymdr.problem.profiles import Profile
 from pymdr.solving.arguments import positive_row
-from pymdr.solving.reach import refuse_unreachable
+from pymdr.solving.mapped import refuse_unreachable
 from pymdr.solving.study import Column, Study, over_rows
 from pymdr.units import ArrayQuantityLike, QuantityLike
 

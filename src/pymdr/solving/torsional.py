@@ -45,8 +45,8 @@ from pymdr.result import Result, Status
 from pymdr.rows import taken
 from pymdr.solving.closure import refuse_curve
 from pymdr.solving.frictional import disks_down_to
+from pymdr.solving.mapped import Springs, assumptions, map_remark, map_to_springs, refuse_unreachable
 from pymdr.solving.normal import refuse_tension
-from pymdr.solving.reach import Springs, assumptions, map_remark, map_to_springs, refuse_unreachable
 from pymdr.solving.walk import (
     Channels,
     Interpretation,

@@ -46,8 +46,8 @@ from pymdr.problem.schedule import Stretch, known_legs
 from pymdr.result import Result, Status
 from pymdr.rows import taken
 from pymdr.solving import memory
+from pymdr.solving.mapped import notes_of, refuse_unreachable
 from pymdr.solving.normal import check_normal_path, refuse_tension
-from pymdr.solving.reach import notes_of, refuse_unreachable
 from pymdr.solving.walk import (
     Channels,
     Interpretation,

@@ -234,8 +234,8 @@ class Ball:
         # force and travel rise with the indentation on the first loading: its largest value gives the largest indentation
         top = np.array([DEEPEST * self.radius])
         peaks = np.maximum.accumulate(control)
-        reach = np.maximum(peaks, float(loading(np.array([largest]))[0]))
-        known = reach <= float(loading(top)[0])
+        extended = np.maximum(peaks, float(loading(np.array([largest]))[0]))
+        known = extended <= float(loading(top)[0])
         most = np.full(control.shape, math.inf)
         most[known] = largest
         new = known & (peaks > float(loading(np.array([largest]))[0]))

@@ -17,8 +17,8 @@ from pymdr.line.foundation import normal_force, normal_stiffness, states_at_dept
 from pymdr.problem.contact import Contact
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.exporting.knots import Knots, Sample
+from pymdr.solving.mapped import map_to_line
 from pymdr.solving.pulloff import PullOff
-from pymdr.solving.reach import map_to_line
 from pymdr.units import FloatArray, metres, newtons
 
 _NEXT_TO_KINK = 2e-7

@@ -87,8 +87,8 @@ def onset(contact: Contact, curve: MeasuredCurve) -> tuple[float, float]:
         )
     law = contact.adhesion
     assert law is not None
-    reach = law.work / law.cohesive_stress if law.cohesive_stress else 0.0
-    return float(curve.position[first]) + reach, level
+    range_ = law.work / law.cohesive_stress if law.cohesive_stress else 0.0
+    return float(curve.position[first]) + range_, level
 
 
 def _felt(curve: MeasuredCurve, force: FloatArray) -> tuple[float, BoolArray]:

@@ -31,7 +31,7 @@ from pymdr.problem.profiles.curves import cubic_spline
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.fits.edges import EdgeForces
 from pymdr.solving.fits.touching import BoolArray, in_contact
-from pymdr.solving.reach import map_to_line
+from pymdr.solving.mapped import map_to_line
 from pymdr.units import FloatArray, written
 
 _NODES, _LEAST, _SPRINGS = 256, 8, 300

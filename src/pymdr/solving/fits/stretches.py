@@ -62,8 +62,8 @@ from pymdr.solving.fits.unknowns import (
     CONTACT_POINT,
     TILT,
 )
+from pymdr.solving.mapped import assumptions, map_to_line
 from pymdr.solving.memory import assumptions_with_memory
-from pymdr.solving.reach import assumptions, map_to_line
 from pymdr.solving.verb import solve
 from pymdr.solving.workers import Workers, in_order, is_cluster
 from pymdr.units import FloatArray

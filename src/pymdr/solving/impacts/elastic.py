@@ -19,7 +19,7 @@ from pymdr.solving.colliding import bounce, collide, motion
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.impacts.interpreting import QUASI_STATIC, TANGENTIAL, interpret, with_numbers
 from pymdr.solving.impacts.value import Event, Impact, ImpactRequest
-from pymdr.solving.reach import Springs, map_to_springs
+from pymdr.solving.mapped import Springs, map_to_springs
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray
 

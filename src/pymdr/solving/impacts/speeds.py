@@ -29,7 +29,7 @@ from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.impacts.interpreting import NOT_MEASURED, of_shape, slow
 from pymdr.solving.impacts.plastic import contact_time, impacting, loading_to, parted
 from pymdr.solving.impacts.value import Restitution, above, coefficient_of
-from pymdr.solving.reach import map_to_springs
+from pymdr.solving.mapped import map_to_springs
 from pymdr.solving.rebounding import followed, motion_at
 from pymdr.solving.verb import solve
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_si_array

@@ -17,7 +17,7 @@ from pymdr.problem.machines import Body, Coefficients, Drive, Force, Joint, Mach
 from pymdr.problem.profiles import Shape
 from pymdr.solving.colliding import first_depth
 from pymdr.solving.frictional import disks_down_to
-from pymdr.solving.reach import Springs, map_to_springs, refuse_unreachable
+from pymdr.solving.mapped import Springs, map_to_springs, refuse_unreachable
 from pymdr.units import FloatArray
 
 _MARGIN = 1.5

@@ -12,7 +12,7 @@ import numpy as np
 from pymdr.errors import FileError, QuantityError
 from pymdr.problem.machines import Machine
 from pymdr.result.rows import row_indices
-from pymdr.solving.reach import map_to_springs
+from pymdr.solving.mapped import map_to_springs
 from pymdr.solving.study import Study
 from pymdr.units import FloatArray, shown
 
