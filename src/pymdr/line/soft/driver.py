@@ -425,8 +425,7 @@ def follow_rows(
                 wanted = 0.5 * length
                 halvings += 1
                 if halvings > 3:
-                    known = False
-                    rate_a, rate_c = 0.0, 0.0
+                    known, rate_a, rate_c = False, 0.0, 0.0
                 continue
             rate_a, rate_c = (end[RADIUS] - a) / length, (end[OUTER] - c) / length
             out[row, OUT_WORK] += 0.5 * (force + end[FORCE]) * (end[DEPTH] - d)
