@@ -36,8 +36,8 @@ class MemoryInC:
     """(k, m + 1): from the branches and the deflection to the modes."""
     to_branches: FloatArray
     """(m, k): back to the branches."""
-    room: int = 0
-    """Least number of stresses for which each spring has room."""
+    capacity: int = 0
+    """Least number of stresses that each spring can hold."""
     advance: str = _ADVANCE
     """The step, unless another header moves the springs."""
 
@@ -69,7 +69,7 @@ class MemoryInC:
         tables = self.tables
         sizes = {
             "SPRINGS_": self.springs.shape[1],
-            "SIZE_": max(self.room, *(len(table) for table in tables[:2])),
+            "SIZE_": max(self.capacity, *(len(table) for table in tables[:2])),
         }
         for word, size in sizes.items():
             text = text.replace(word, str(size))

@@ -41,8 +41,8 @@ class ShearedInC:
     def body(self) -> str:
         """Type and functions, with @ for the name and @@ for the name in capitals."""
         tables, rooms = self.partners.tables, (self.pressed.tables, self.partners.tables)
-        room = max(len(table) for both in rooms for table in both[:2])
-        text = replace(self.pressed, room=room, advance="").body.replace("@_state", "@_pressed")
+        capacity = max(len(table) for both in rooms for table in both[:2])
+        text = replace(self.pressed, capacity=capacity, advance="").body.replace("@_state", "@_pressed")
         own = _SHEARED.replace("PARTS_", str(self.parts)).replace(
             "SPRING_FUNCTIONS", SPRING.replace("@@_VISCOSITY", "0.0")
         )
