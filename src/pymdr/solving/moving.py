@@ -31,9 +31,9 @@ from pymdr.solving.adhesive import HystereticLine
 from pymdr.solving.adhesive_rows import between_parameters
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.frictional import disks_down_to
+from pymdr.solving.mapped import map_to_springs, refuse_unreachable
 from pymdr.solving.memory import powers_of, surfaces_of
 from pymdr.solving.plastic import ball_of
-from pymdr.solving.mapped import map_to_springs, refuse_unreachable
 from pymdr.solving.viscoelastic import LEVELS, SPRINGS, STRAIGHT
 from pymdr.solving.zones import zone_setting
 from pymdr.units import FloatArray, metres
