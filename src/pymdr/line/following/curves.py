@@ -55,6 +55,8 @@ class Equilibria(Protocol):
 
 _STEP = 2.0**0.25
 """Ratio of trial parameters, small enough not to exceed the needed radius by much."""
+_HALVINGS = 2, 8, *[32] * 62
+"""Numbers of halved parameters that are compared at once."""
 
 
 def _nothing(control: float) -> float:
@@ -280,8 +282,6 @@ def parameter_reaching(
     def above(s: float) -> bool:
         return bool(control(np.array([s]))[0] >= top)
 
-    if at_least > 0.0 and above(at_least):
-        return at_least
     high = at_least if at_least > 0.0 else min(limit, begin)
     for _ in range(2000):
         if above(high):
@@ -291,13 +291,20 @@ def parameter_reaching(
         high = min(_STEP * high, limit)
     else:
         raise PathError(f"the curve never reaches the control value {top!r}; shorten the path")
+    if high == at_least:
+        return at_least
     low = max(high / _STEP, at_least)
-    for _ in range(2000):
-        if at_least > 0.0 or not above(low):
-            break
-        low, high = 0.5 * low, low
-    else:
-        raise PathError(f"the path ends at {top!r}, before the bodies touch; extend it")
+    if at_least == 0.0:
+        for count in _HALVINGS:
+            lower = low * 0.5 ** np.arange(count, dtype=np.float64)
+            below = np.flatnonzero(~(control(lower) >= top))
+            if below.size:
+                at = int(below[0])
+                low, high = float(lower[at]), float(lower[at - 1]) if at else high
+                break
+            low, high = 0.5 * float(lower[-1]), float(lower[-1])
+        else:
+            raise PathError(f"the path ends at {top!r}, before the bodies touch; extend it")
     root = float(roots_of(lambda s: control(s) - top, np.array([low]), np.array([high]))[0])
     # the value may round differently in an array
     beyond = 1e-14
