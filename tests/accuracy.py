@@ -1,7 +1,7 @@
 """How accurate results are, and whether they say so: random problems against references of another kind.
 
-``python -m tests.accuracy --count 10000`` draws fresh problems, a tenth of each kind: profiles, bodies with memory, layers, force
-curves, fits, friction, adhesion, torsion, stress and impacts (reference/random_problems.py and random_histories.py say against what
+``python -m tests.accuracy --count 10000`` draws fresh problems, an eleventh of each kind: profiles, bodies with memory, layers,
+force curves, fits, friction, adhesion, torsion, stress, impacts and shifts in the plane (reference/random_problems.py and random_histories.py say against what
 they are compared); ``--kinds memory`` draws one kind alone.
 Profiles are solved at depths and forces over twelve decades of the radius; contact radius, force, energy, indentation, stiffness
 and pressure are compared with reference/quadrature.py. A value violates its claim if
@@ -49,6 +49,7 @@ def reference_module(name):
 quadrature = reference_module("quadrature")
 random_profiles = reference_module("random_profiles")
 random_problems = reference_module("random_problems")
+reference_module("vector_springs")
 random_histories = reference_module("random_histories")
 FAMILIES = {**random_problems.FAMILIES, **random_histories.FAMILIES}
 KINDS = ("profiles", *FAMILIES)

@@ -1,4 +1,5 @@
-"""Random histories of profiles that are powers, with references of another kind: friction, adhesion, torsion, stress and impacts.
+"""Random histories of profiles that are powers, with references of another kind: friction, adhesion, torsion, stress, impacts and
+shifts in the plane.
 
 Each function draws one problem from a generator, solves it, and yields comparisons as `random_problems` does.
 
@@ -8,12 +9,14 @@ Each function draws one problem from a generator, solves it, and yields comparis
 - torsion: the torque of a disk that sticks and of full slip in closed form.
 - stress: integrals of complex potentials, int_0^a q(x) Re H(z + i x) dx, without disks or tables.
 - impacts: contact time and largest values in Gamma functions.
+- plane: 4,000 springs with vectors of force, whose own error is measured with half of them.
 """
 
 import math
 
 import numpy as np
 from pymdr_reference_random_problems import Comparison, claimed, compare, log_uniform, power_profile
+from pymdr_reference_vector_springs import many_springs, numerical_errors
 from scipy.optimize import brentq
 from scipy.special import gamma
 
@@ -333,10 +336,48 @@ def compare_scalar(study, name, truth):
         yield Comparison(name, "", float(study[name]), truth, error, claim.level.name == "EXACT", 1e-13)
 
 
+# --- shifts in the plane ---------------------------------------------------------------------------------
+
+
+def plane(rng, mdr, full):
+    """Random rows or circles of shifts in the plane at random depths: force and dissipated energy over the claimed numerical errors."""
+    profile, n, c = power_profile(rng, mdr)
+    body, normal, tangential, _, _ = _body(rng, mdr)
+    mu = log_uniform(rng, 1e-2, 2.0)
+    deepest = c * (profile.radius * log_uniform(rng, 1e-2, 1.0)) ** n
+    count = int(rng.integers(3, 40 if full else 15))
+    depth = deepest * rng.uniform(0.02, 1.0, count)
+    if rng.random() < 0.4:
+        depth[:] = depth[0]
+    if rng.random() < 0.4:
+        turn = rng.uniform(0.1, 1.0) * np.arange(count)
+        shift = rng.uniform(-0.5, 0.5, 2) + rng.uniform(0.2, 1.5) * np.stack([np.cos(turn), np.sin(turn)], 1)
+    else:
+        shift = np.cumsum(rng.normal(size=(count, 2)), axis=0)
+    shift = shift * deepest * mu * normal / tangential * log_uniform(rng, 0.03, 2.0)
+    path = mdr.Path(indentation=depth, shift=shift)
+    result = mdr.solve(mdr.Contact(profile, body, friction=mdr.Coulomb(mu)), path)
+    joint = normal, tangential, mu
+    (coarse_force, coarse_work), (force, work) = (
+        many_springs(depth, shift, (c, n), joint, number, 24) for number in (2000, 4000)
+    )
+    limit = mu * 2.0 * normal * n / (n + 1.0) * c ** (-1.0 / n) * depth.max() ** (1.0 + 1.0 / n)
+    claims = numerical_errors(result)
+    for row in range(count):
+        for axis, name in enumerate("xy"):
+            off = (result["tangential_force"].values[row, axis] - force[row, axis]) / limit
+            own = abs(force - coarse_force)[row, axis] / limit
+            yield Comparison(f"tangential_force {name}", f"row {row}", 1.0 + off, 1.0, claims[0], False, own)
+        off = (result["dissipated_energy"].values[row] - work[row]) / work[-1]
+        own = abs(work - coarse_work)[row] / work[-1]
+        yield Comparison("dissipated_energy", f"row {row}", 1.0 + off, 1.0, claims[1], False, own)
+
+
 FAMILIES = {
     "friction": friction,
     "adhesion": adhesion,
     "torsion": torsion,
     "stress": stress,
     "impacts": impacts,
+    "plane": plane,
 }
