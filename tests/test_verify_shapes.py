@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 import pymdr as mdr
 from common import STEEL
 from pymdr.errors import MissingExtraError, PathError, ProblemError
-from pymdr.independent.engines import contactmechanics
+from pymdr.independent.engines import built_in
 from pymdr.workbench.cli import app
 
 needs_engine = pytest.mark.skipif(
@@ -148,7 +148,7 @@ def test_refusals(monkeypatch):
     def missing():
         raise MissingExtraError("ContactMechanics is missing; install pymdr[rough]")
 
-    monkeypatch.setattr(contactmechanics, "_package", missing)
+    monkeypatch.setattr(built_in, "_contact_mechanics", missing)
     with pytest.raises(MissingExtraError, match=r"pymdr\[rough\]"):
         verified(tip, "1 um")
 
