@@ -100,12 +100,9 @@ def read_topography(
             f"missing = {shown(missing)}: one of {', '.join(preparing.REMEDIES)} and keep is needed"
         )
     heights = _read(source, channel)
+    factor, sides = height_factor(source, heights.unit, unit), _sides(source, heights.size, size)
     with errors_of_case(f"{source}:"):
-        surface = Topography(
-            np.asarray(heights.heights, dtype=float) * height_factor(source, heights.unit, unit),
-            _sides(source, heights.size, size),
-            (heights.step,),
-        )
+        surface = Topography(np.asarray(heights.heights, dtype=float) * factor, sides, (heights.step,))
     if surface.missing.any() and missing != "keep":
         count = int(surface.missing.sum())
         if missing is None:
