@@ -488,3 +488,23 @@ def test_a_zone_on_a_power_of_time_vanishes_in_few_steps():
     attached = result["cohesive_radius"].values > 0.0
     last = int(np.flatnonzero(attached)[-1])
     assert result["contact_radius"].values[last] == 0.0
+
+
+@pytest.mark.parametrize("seed", first_of(range(20), 3))
+def test_a_fast_row_far_beyond_separation_takes_the_work_of_its_force(seed):
+    rng = np.random.default_rng(seed)
+    size, speed = 10.0 ** rng.uniform(-6.0, 0.0), 10.0 ** rng.uniform(1.0, 4.0)
+    body = mdr.Viscoelastic(mdr.StandardSolid(0.25 / size, 2.25 / size, 1.0), poisson=0.5)
+    joint = contact(2.0 / size, mdr.Paraboloid(size), body)
+    far, near = 10.0 ** rng.uniform(2.0, 4.0), 6.0
+    pressed = mdr.Path(time=[1.0, 2.0], indentation=[-size, size]) >> mdr.hold("1 s")
+    places = np.linspace(1.0, -near, 401)[1:]
+    paths = [3.0 + (1.0 - places) / speed, size * places], [[3.0 + far / speed], [size * (1.0 - far)]]
+    many, one = (mdr.solve(joint, pressed >> mdr.Path(time=t, indentation=d)) for t, d in paths)
+    depth, force = (many[name].values[2:] for name in ("indentation", "normal_force"))
+    work = np.trapezoid(force, depth)
+    expected = float(one["external_work"][2]) + work
+    # a jump anywhere within a row
+    error = 0.5 * np.max(np.abs(np.diff(force) * np.diff(depth))) + 1e-3 * abs(work)
+    assert float(one["external_work"][-1]) == pytest.approx(expected, abs=error)
+    assert np.all(np.diff(one["dissipated_energy"]) > 0.0)

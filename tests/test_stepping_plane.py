@@ -219,3 +219,16 @@ def test_values_do_not_change_with_later_steps():
     stepper.advance(2e-6, (0.0, 1e-6))
     assert (force == kept).all()
     assert (depth == 5e-6).all()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_without_friction_nothing_is_carried_in_any_plane(seed):
+    depth, shift = random_moves(seed, 20, 1e-5)
+    plane, line = (mdr.Stepper(ball(0.0), 1e-5, **given) for given in ({"springs": 16}, {}))
+    carried = "tangential_force", "stick_radius", "stored_tangential_energy", "dissipated_energy"
+    for d, u in zip(depth.tolist(), shift.tolist(), strict=True):
+        assert plane.advance(d, tuple(u)) == (line.advance(d, u[0]).normal, 0.0, 0.0)
+        for name in (*carried, "tangential_stiffness"):
+            assert not np.any(getattr(plane, name)), name
+            assert getattr(line, name) == 0.0, name
+        assert plane.shift.tolist() == u

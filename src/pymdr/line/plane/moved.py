@@ -109,9 +109,11 @@ class PlaneContacts(OnNormal):
 
     @property
     def stick_radius(self) -> FloatArray:
-        """Radius in m of the springs below their limit; without slip the contact radius."""
+        """Radius in m of the springs below their limit; without slip the contact radius, without friction 0."""
         radius = self.contact_radius.copy()
-        if self.slips:
+        if self._law.friction == 0.0:
+            radius[:] = 0.0
+        elif self.slips:
             self._steps.stick_borders(self.body[0], self._places, *self._own, radius)
         return radius
 

@@ -127,8 +127,8 @@ class PlaneLaw:
 
     @property
     def shift_scale(self) -> float:
-        """Shift u per normalised shift, mu E* / G*."""
-        return self.scale * self.modulus / self.tangential_modulus
+        """Shift u per normalised shift, mu E* / G*; E* / G* for mu = 0, where no spring carries any."""
+        return (self.scale or 1.0) * self.modulus / self.tangential_modulus
 
 
 def follow_plane(

@@ -68,7 +68,7 @@ _BISECTIONS, _SCANS, _TRIALS = 80, 4000, 40
 _SOLVED = 1e-7
 """Residual at which a step is solved."""
 _QUICK = 1e-5
-"""Time of a jump over the shortest of a row and the relaxation times."""
+"""Time of a jump over the shortest of a row, the relaxation times, and the time in which the control moves by the range of the attraction."""
 _FIRST, _WHOLE_ROW = 10.0, 0.12
 """First step over the shortest relaxation time, over the limit of what it misses; and the limit of moves with which a step may be a row."""
 _NOISE = 0.05
@@ -366,7 +366,9 @@ def follow_rows(
         if span == 0.0 and now[OUTER] == 0.0 and end[ALPHA] > 0.0:
             now[DEPTH] = controls[row + 1] / end[ALPHA]
         longest = span * limits[LARGEST] / _WHOLE_ROW
-        tiny, quick = 1e-13 * span, _QUICK * min(span, 1.0 / fastest)
+        # within a jump the control moves by a small part of the range too, since its work is not counted
+        ranges = abs(change) / (end[ALPHA] * end[HEIGHT]) if end[ALPHA] > 0.0 else 0.0
+        tiny, quick = 1e-13 * span, _QUICK * min(span / max(ranges, 1.0), 1.0 / fastest)
         stop, halvings, trials = begin + span, 0, 0
         while span > 0.0 and stop - now[TIME] > tiny:
             trials += 1
