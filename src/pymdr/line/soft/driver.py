@@ -354,9 +354,7 @@ def follow_rows(
     With the pace of the rows before, the rows of a leg are the same in one call or several.
     """
     now, end, h = zone.now, zone.end, zone.end[SPACING]
-    fastest = 0.0
-    for j in range(zone.body.shape[1]):
-        fastest = max(fastest, zone.body[RATE, j])
+    fastest = zone.body[RATE].max()
     first = _FIRST * limits[MISSED] / fastest
     wanted = pace[WANTED] if pace[WANTED] > 0.0 else first
     rate_a, rate_c, known = pace[RATE_A], pace[RATE_C], pace[KNOWN] > 0.0
