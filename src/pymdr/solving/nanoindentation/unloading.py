@@ -278,7 +278,7 @@ def errors_of(residuals: FloatArray, slopes: FloatArray, prior: float = 0.5) -> 
     ratios = (coloured**2).sum(axis=1) / (coefficients[0] ** 2).sum(axis=1)
     between = (rows * residuals**2) @ rows.T * (residuals.size / free)
     # the mean over spectra has wider tails than a normal distribution
-    scaled = (spectra.quantile(coefficients[0]) / NORMAL_95)[:, None] * coloured
+    scaled = (spectra.quantile(coefficients)[0] / NORMAL_95)[:, None] * coloured
     return Errors(scaled @ between @ scaled.T, max(float(ratios.max()), 1.0), float(spectra.white[0]))
 
 
