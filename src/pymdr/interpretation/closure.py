@@ -72,6 +72,7 @@ def closure_claims(
     *,
     sheared: bool = False,
     prescribed: Mapping[str, BoolArray] | None = None,
+    balance: FloatArray | None = None,
 ) -> dict[str, Claim]:
     """
     Claims of a law for a contact that is known by its force curve.
@@ -88,10 +89,20 @@ def closure_claims(
         Whether the bodies are shifted.
     prescribed : mapping of str to ndarray of bool, optional
         Rows in which a quantity is prescribed and therefore known.
+    balance : ndarray of shape (2, n), optional
+        Work of the tangential force and stored energy, over the dissipated energy; inf where unknown. Their difference bounds the
+        error of the dissipation where the rise of the stiffness does not, as in sliding.
     """
     is_viscoelastic = remembered is not None or sheared
     errors = closure_errors(closure.error, depth, is_viscoelastic=is_viscoelastic)
     given = closure_errors(closure.given_error, depth, is_viscoelastic=is_viscoelastic)
+    if balance is not None:
+        unknown = ~(errors["dissipated_energy"] + np.nan_to_num(given["dissipated_energy"]) < 1.0)
+        unknown &= np.isfinite(balance).all(axis=0)
+        work, stored = np.where(unknown, balance, 0.0)
+        for own in (errors, given):
+            bound = work * own["tangential_force"] + stored * own["stored_tangential_energy"]
+            own["dissipated_energy"] = np.where(unknown, bound, own["dissipated_energy"])
     remark = "; only the scatter of the points is known: ForceCurve.error was not given"
     if closure.given is not None:
         remark = "; errors include those of the points"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
@@ -17,9 +18,10 @@ from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.profiles import ForceCurve
+from pymdr.problem.schedule import planned
 from pymdr.result import Reading, Result, Status
 from pymdr.solving.walk import Task, prescribed_rows
-from pymdr.units import metres
+from pymdr.units import FloatArray, metres
 
 if TYPE_CHECKING:
     from xarray import DataArray
@@ -74,6 +76,7 @@ def solve_on_curve(history: Callable[[Task], Result], task: Task) -> Result:
         again,
         sheared=result.contact.friction is not None,
         prescribed=prescribed_rows(task),
+        balance=_balance(task, result),
     )
     kept = data.drop_vars([name for name in data if not _is_determined(str(name), claims)])
     return replace(
@@ -83,6 +86,28 @@ def solve_on_curve(history: Callable[[Task], Result], task: Task) -> Result:
         status=Status.OF_A_CURVE if result.status is Status.COMPLETED else result.status,
         references=(*result.references, "closure"),
     )
+
+
+def _balance(task: Task, result: Result) -> FloatArray | None:
+    """
+    The largest work mu F_N |du| of the rows so far and stored energy mu^2 (E*/G*) U, over the dissipated energy, shape (2, n).
+
+    None without slip or with a memory, if a tangential force is prescribed, whose shift is not known exactly, or if not every row is kept.
+    """
+    friction, data = result.contact.friction, result.data
+    if friction is None or not math.isfinite(friction.coefficient) or result.contact.is_viscoelastic:
+        return None
+    shifted = "shift" in data and all(leg.controls.tangential == "shift" for leg in planned(task.path))
+    if not shifted or task.keep is not None:
+        return None
+    shift, load = data["shift"].values.reshape(data.sizes["step"], -1), data["normal_force"].values
+    path = np.linalg.norm(np.diff(shift, axis=0, prepend=0.0), axis=1)
+    moduli = effective_moduli(result.contact.body, result.contact.counterbody)
+    mu, ratio = friction.coefficient, moduli.normal / moduli.tangential
+    work = np.cumsum(mu * np.maximum(load, np.append(0.0, load[:-1])) * path)
+    stored = mu**2 * ratio * data["elastic_energy"].values
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.array([work, stored]) / data["dissipated_energy"].values
 
 
 def _is_determined(name: str, claims: Mapping[str, Claim]) -> bool:

@@ -15,7 +15,7 @@ from pymdr.interpretation.certificate import with_rings
 from pymdr.interpretation.closure import closure_claims
 from pymdr.interpretation.friction import frictional_claims
 from pymdr.interpretation.validity import EXACT_WITHIN, SOURCES, Assumption, Claim, Level, total_error
-from pymdr.line.foundation import ElasticLine, states_at_depth, states_at_force
+from pymdr.line.foundation import ElasticLine, elastic_energy, states_at_depth, states_at_force
 from pymdr.line.foundation import normal_force as force_of
 from pymdr.mapping.closure import closure_of
 from pymdr.numerics.quadrature import gauss
@@ -305,7 +305,13 @@ def _study(
     claims = with_errors(claims, missed, map_remark(line, state))
     if isinstance(contact.profile, ForceCurve):
         known = closure_of(contact.profile)
-        claims = closure_claims(claims, known, np.full(u.shape, d), sheared=True)
+        # beyond the sliding shift a loop is the work 4 mu F_N u less 8 times the largest stored energy, mu^2 (E*/G*) U
+        most = mu * factor * float(elastic_energy(line, state)[0])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            balance = np.where(
+                u >= sliding, np.array([4.0 * mu * load * u, np.full(u.shape, 8.0 * most)]) / loss, math.inf
+            )
+        claims = closure_claims(claims, known, np.full(u.shape, d), sheared=True, balance=balance)
     met = frictional_assumptions(contact, mapped, np.array([a]))
     by_name = {name: claims[like] for name, like in likes.items()}
     by_name["amplitude" if given is not None else "force_amplitude"] = Claim(
