@@ -100,9 +100,9 @@ def closure_claims(
         unknown = ~(errors["dissipated_energy"] + np.nan_to_num(given["dissipated_energy"]) < 1.0)
         unknown &= np.isfinite(balance).all(axis=0)
         work, stored = np.where(unknown, balance, 0.0)
-        for own in (errors, given):
-            bound = work * own["tangential_force"] + stored * own["stored_tangential_energy"]
-            own["dissipated_energy"] = np.where(unknown, bound, own["dissipated_energy"])
+        for each in (errors, given):
+            bound = work * each["tangential_force"] + stored * each["stored_tangential_energy"]
+            each["dissipated_energy"] = np.where(unknown, bound, each["dissipated_energy"])
     remark = "; only the scatter of the points is known: ForceCurve.error was not given"
     if closure.given is not None:
         remark = "; errors include those of the points"
