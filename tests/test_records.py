@@ -355,6 +355,21 @@ def test_bad_records_are_refused():
     assert len(many.plot().axes) == 5
 
 
+def test_small_cycles_inside_a_cycle_are_named():
+    """Cycles that grow from below the smallest turn: those before it are in the first that exceeds it."""
+    t = np.linspace(0.0, 40.0 * np.pi, 8001)
+    u = np.where(t < 20.0 * np.pi, 0.09, 1.0) * np.sin(t)
+    u[t < 4.0 * np.pi] *= 10.0
+    grown = record(u, np.sin(t + 0.1))
+    loops = mdr.measured_loops(grown)
+    named = [note for note in loops.notes if "a smaller least, such as 100 mm" in note]
+    assert len(named) == 1
+    assert named[0].startswith("cycle 2 contains turns of shift by less than 200 mm")
+    finer = mdr.measured_loops(grown, least=0.1)
+    assert not any("smaller least" in note for note in finer.notes)
+    assert finer.data.sizes["cycle"] > loops.data.sizes["cycle"] + 7
+
+
 @settings(max_examples=examples(30), deadline=None)
 @given(
     units=st.sampled_from([("um", "mN", 1e-6, 1e-3), ("nm", "N", 1e-9, 1.0), ("m", "kN", 1.0, 1e3)]),

@@ -727,6 +727,7 @@ def test_bad_records_are_refused() -> None:
         (lambda: mdr.fretting_log(bare, normal_force="0 N"), "normal_force"),
         (lambda: mdr.fretting_log(bare, worn_volume="-1 mm^3"), "worn_volume"),
         (lambda: mdr.fretting_log(bare, worn_volume="1 mm^3", cycles=0.0), "cycles"),
+        (lambda: mdr.fretting_log(bare, cycles=100.0), "worn_volume too"),
         (lambda: mdr.fretting_log(bare, contact=BALL), "load"),
         (lambda: mdr.fretting_log(slow, contact=free), "no cycle slides"),
         (lambda: mdr.fretting_log(swapped), "are interchanged"),

@@ -170,6 +170,10 @@ def fretting_log(
         columns |= model
     columns["regime"] = _regimes(ratio, limit)
     attrs = {"limit": limit}
+    if cycles is not None and worn_volume is None:
+        raise ProblemError(
+            "fretting_log: cycles says how many cycles caused a worn volume; give worn_volume too"
+        )
     if worn_volume is not None:
         attrs["wear_coefficient"] = _rate(worn_volume, columns["dissipated_per_cycle"], cycles)
     number = measured["cycle"].values

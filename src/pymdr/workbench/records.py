@@ -159,6 +159,7 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
     notes = (
         *_rows_outside(displacement, first, last, u.size),
         *_open_loops(displacement, u, first, middle, last),
+        *_small_swings(displacement, u, first, last, threshold),
         *backward_loops(displacement, force, quantities["dissipated_per_cycle"][0]),
     )
     return MeasuredLoops(data=cycles, displacement=displacement, force=force, claims=claims, notes=notes)
@@ -200,6 +201,22 @@ def _open_loops(
     return [
         f"cycle {largest + 1}{others} at another {displacement} than at the beginning (by {metres(float(shifted[largest]))}): "
         "the amplitude is that of the first half, and a straight line closes the loop"
+    ]
+
+
+def _small_swings(
+    displacement: str, u: FloatArray, first: np.ndarray, last: np.ndarray, threshold: float
+) -> list[str]:
+    """Which cycles contain swings that are hardly too small for cycles of their own."""
+    finer = turning_points(u, 0.5 * threshold)
+    inside = np.searchsorted(finer, last) - np.searchsorted(finer, first, side="right")
+    several = np.flatnonzero(inside > 1)
+    if several.size == 0:
+        return []
+    others = f" and {several.size - 1} more contain" if several.size > 1 else " contains"
+    return [
+        f"cycle {several[0] + 1}{others} turns of {displacement} by less than {metres(threshold)}, whose dissipation it includes; "
+        f"if these are cycles and no noise, give a smaller least, such as {metres(0.5 * threshold)}"
     ]
 
 
