@@ -107,7 +107,7 @@ def _balance(task: Task, result: Result) -> FloatArray | None:
     work = np.cumsum(mu * np.maximum(load, np.append(0.0, load[:-1])) * path)
     stored = mu**2 * ratio * data["elastic_energy"].values
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.array([work, stored]) / data["dissipated_energy"].values
+        return np.asarray(np.array([work, stored]) / data["dissipated_energy"].values)
 
 
 def _is_determined(name: str, claims: Mapping[str, Claim]) -> bool:
