@@ -807,3 +807,28 @@ def test_force_curves_of_rows_carry_their_load():
     for row in range(1, worn.data.sizes["cycles"], 3):
         loaded = mdr.solve(joint(worn.force_curve(row)), cycle)
         assert float(loaded["normal_force"][0]) == pytest.approx(10.0, rel=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_profiles_worn_by_gross_slip_are_solved_with_friction(seed):
+    rng = np.random.default_rng(seed)
+    size, depth = 10.0 ** rng.uniform(-5.0, 0.0), 10.0 ** rng.uniform(-5.0, -3.5)
+    cycles, steel = 10.0 ** rng.uniform(0.5, 1.2), mdr.Elastic("210 GPa", 0.3)
+    profile = (mdr.Paraboloid(size), mdr.Cone(slope=0.05))[seed % 2]
+    contact = mdr.Contact(profile, steel, steel, friction=mdr.Coulomb(0.5))
+    load = float(mdr.solve(contact, mdr.indent(depth * size))["normal_force"][0])
+    shift = 0.75 * depth * size
+    coefficient = math.pi * size * (depth * size) ** 2 / (4.0 * load * shift)
+    path = mdr.load(load) >> mdr.cycle(shift=shift, cycles=1)
+    worn = mdr.wear(contact, path, coefficient=coefficient, cycles=[cycles])
+    again = mdr.Contact(worn.worn(), steel, steel, friction=mdr.Coulomb(0.5))
+    result = mdr.solve(again, mdr.load(load) >> mdr.shift(0.1 * shift))
+    radius = float(worn["contact_radius"][-1])
+    assert float(result["contact_radius"][0]) == pytest.approx(radius, rel=2e-2)
+    surface = worn.surface
+    r, pressure = (
+        surface[name].values.reshape(-1, surface["pressure"].shape[-1])[-1] for name in ("r", "pressure")
+    )
+    inner = (r > 0.2 * radius) & (r < 0.8 * radius)
+    assert inner.any()
+    np.testing.assert_allclose(result.field("pressure", r=r[inner], step=0), pressure[inner], rtol=5e-3)

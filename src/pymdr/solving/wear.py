@@ -139,8 +139,9 @@ class Wear(Study):
     def _solvable(self, profile: Worn, row: int) -> Worn:
         """The profile, with its springs where errors of the mesh would decide that its contact is no disk."""
         x, g = (self.springs[name].values[row] for name in ("x", "equivalent_profile"))
-        if x[0] == 0.0:
-            g = g - g[0]
+        if x[0] == 0.0:  # a middle that has worn and slips is a second spring there
+            first = int(np.flatnonzero(x == 0.0)[-1])
+            x, g = x[first:], g[first:] - g[first]
         image = equivalent_profile(profile)
         level = image.g(x[x > profile.radius[0]])
         falls = np.any(np.maximum.accumulate(level) - level > _FALLS * g[-1])
