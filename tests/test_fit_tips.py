@@ -87,7 +87,6 @@ def test_a_fit_range_is_that_of_the_model_and_is_reported():
     curve = recorded(ball, noise=0.01, seed=3)
     for limits in ({"indentation": "500 nm"}, {"force": "2 nN"}, {"indentation": "1 um", "force": "2 nN"}):
         fitted = mdr.fit(start(ball), curve, ["body.young"], fit_range=limits)
-        assert fitted["body.young"].low < 3e3 < fitted["body.young"].high
         depth, force = fitted.data["indentation"].values, fitted.data["model"].values
         step = np.diff(POSITIONS)[0]  # one sample may enter or leave
         assert depth.max() <= 500e-9 + step if "force" not in limits else force.max() <= 2.2e-9
@@ -95,6 +94,21 @@ def test_a_fit_range_is_that_of_the_model_and_is_reported():
     for wrong in ({"depth": 1.0}, {}, {"force": "-1 nN"}):
         with pytest.raises(ProblemError, match="fit_range"):
             mdr.fit(start(ball), curve, ["body.young"], fit_range=wrong)
+
+
+@pytest.mark.parametrize("limits", [{"indentation": "500 nm"}, {"force": "2 nN"}], ids=["indentation", "force"])
+def test_intervals_within_a_fit_range_contain_the_modulus(limits):
+    ball = mdr.Paraboloid("5 um")
+    fits = [
+        mdr.fit(start(ball), recorded(ball, noise=0.01, seed=seed), ["body.young"], fit_range=limits)
+        for seed in range(40)
+    ]
+    deviations = [(one["body.young"].value - 3e3) / one["body.young"].error for one in fits]
+    # of 40 intervals of 95 % fewer than 34 contain the modulus in 1 of 300 such tests
+    assert sum(one["body.young"].low < 3e3 < one["body.young"].high for one in fits) >= 34
+    # the mean of 40 and their scatter, to three standard errors
+    assert abs(np.mean(deviations)) < 3.0 / 40**0.5
+    assert 1.0 - 3.0 / 80**0.5 < np.std(deviations) < 1.0 + 3.0 / 80**0.5
 
 
 def test_uncertainties_follow_their_scalings():

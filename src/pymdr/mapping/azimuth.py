@@ -47,6 +47,7 @@ def azimuthal_mean(shape: profiles.Shape) -> profiles.Profile:
 
     Examples
     --------
+    >>> from pymdr import EllipticParaboloid
     >>> round(azimuthal_mean(EllipticParaboloid(3.0, 1.0)).radius, 15)
     1.5
     """

@@ -262,6 +262,7 @@ def has_callables(profile: profiles.Profile) -> bool:
 
     Examples
     --------
+    >>> from pymdr import Sphere
     >>> has_callables(Sphere(1.0))
     False
     """

@@ -203,7 +203,7 @@ def parted(parting: Parting, mass: float, rows: int) -> Back:
 
 
 def sticking_speed(ball: Ball, work: float, mass: float, loading: Potential) -> float:
-    """The speed in m/s below which the bodies stick; inf if they stick at every speed of the model."""
+    """The first speed in m/s below which the bodies stick, though they may above another; inf if they stick at every speed of the model."""
 
     def surplus(logarithm: float) -> float:
         parting = parting_from(ball, work, math.exp(logarithm))
