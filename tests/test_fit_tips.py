@@ -96,7 +96,9 @@ def test_a_fit_range_is_that_of_the_model_and_is_reported():
             mdr.fit(start(ball), curve, ["body.young"], fit_range=wrong)
 
 
-@pytest.mark.parametrize("limits", [{"indentation": "500 nm"}, {"force": "2 nN"}], ids=["indentation", "force"])
+@pytest.mark.parametrize(
+    "limits", [{"indentation": "500 nm"}, {"force": "2 nN"}], ids=["indentation", "force"]
+)
 def test_intervals_within_a_fit_range_contain_the_modulus(limits):
     ball = mdr.Paraboloid("5 um")
     fits = [
