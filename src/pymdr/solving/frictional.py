@@ -476,9 +476,18 @@ def _interpret(
         claims=claims,
         assumptions=frictional_assumptions(contact, mapped, columns["contact_radius"]),
         status=Status.GLIDING if law.glides else Status.COMPLETED,
-        notes=mapped.notes,
+        notes=(*mapped.notes, *glide_notes(law.glides)),
         references=("sneddon", "popov-hess", "cattaneo-mindlin", "memory"),
         starts=starts,
+    )
+
+
+def glide_notes(glides: bool) -> tuple[str, ...]:
+    """What a body that glides lacks."""
+    if not glides:
+        return ()
+    return (
+        "a tangential force above mu F_N has no shift: the body glides and its further rows are NaN; prescribe the shift to follow it",
     )
 
 

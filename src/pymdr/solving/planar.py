@@ -38,7 +38,7 @@ from pymdr.problem.profiles import Shape
 from pymdr.problem.schedule import PLANE_CHANNELS, Stretch, is_torsional, known_legs, refined, uses
 from pymdr.result import Result, Status
 from pymdr.rows import taken
-from pymdr.solving.frictional import disks_down_to, frictional_assumptions, solve_frictional
+from pymdr.solving.frictional import disks_down_to, frictional_assumptions, glide_notes, solve_frictional
 from pymdr.solving.mapped import Springs as MappedSprings
 from pymdr.solving.mapped import map_to_springs, refuse_unreachable
 from pymdr.solving.normal import refuse_tension
@@ -343,6 +343,7 @@ def _interpret(
         notes=(
             *law.mapped.notes,
             f"{law.springs.label.size - 1} springs whose forces are vectors, each followed exactly between rows",
+            *glide_notes(law.glides),
         ),
         references=("sneddon", "popov-hess", "cattaneo-mindlin"),
         starts=tuple({k: float(v) for k, v in s.items() if np.ndim(v) == 0} for s in walked.starts),
