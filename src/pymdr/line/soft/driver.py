@@ -61,8 +61,8 @@ OUT_EVENT_D, OUT_EVENT_F, OUTPUTS = range(11, 14)
 """Depth and force before the first attraction or separation in a row, nan without one, and the number of all outputs."""
 LARGEST, MISSED = range(2)
 """Limits of a step: largest move of a and c, and largest difference from the extrapolated c, over c - a."""
-WANTED, RATE_A, RATE_C, KNOWN = range(4)
-"""What the next step is chosen by: its length (0 at the start of a leg), the rates of a and c, and whether they are known."""
+WANTED, RATE_A, RATE_C, KNOWN, ROW = range(5)
+"""What the next step is chosen by: its length (0 at the start of a leg), the rates of a and c, and whether they are known; and the row."""
 _HALVINGS, _MOST = 40, 300_000
 _BISECTIONS, _SCANS, _TRIALS = 80, 4000, 40
 _SOLVED = 1e-7
@@ -346,10 +346,10 @@ def fall(zone: Zone, out: FloatArray, vanishes: bool) -> int:
 
 @compiled
 def follow_rows(
-    zone: Zone, limits: FloatArray, pace: FloatArray, times: FloatArray, controls: FloatArray, out: FloatArray
+    zone: Zone, limits: FloatArray, pace: FloatArray, spans: FloatArray, controls: FloatArray, out: FloatArray
 ) -> int:
     """
-    Follow rows between which the control is linear; times and controls begin with those before the first row.
+    Follow rows of given durations between which the control is linear; controls begin with that before the first row.
 
     With the pace of the rows before, the rows of a leg are the same in one call or several.
     """
@@ -358,29 +358,31 @@ def follow_rows(
     first = _FIRST * limits[MISSED] / fastest
     wanted = pace[WANTED] if pace[WANTED] > 0.0 else first
     rate_a, rate_c, known = pace[RATE_A], pace[RATE_C], pace[KNOWN] > 0.0
-    for row in range(times.size - 1):
-        begin, span = times[row], times[row + 1] - times[row]
-        p0, change = controls[row], controls[row + 1] - controls[row]
+    for row in range(spans.size):
+        # times count from the start of the row: a long wait would leave no digits to short steps
+        zone.node[:, -1] -= now[TIME]
+        now[TIME], pace[ROW] = 0.0, row
+        span, p0, change = spans[row], controls[row], controls[row + 1] - controls[row]
         if span == 0.0 and now[OUTER] == 0.0 and end[ALPHA] > 0.0:
             now[DEPTH] = controls[row + 1] / end[ALPHA]
         longest = span * limits[LARGEST] / _WHOLE_ROW
         # within a jump the control moves by a small part of the range too, since its work is not counted
         ranges = abs(change) / (end[ALPHA] * end[HEIGHT]) if end[ALPHA] > 0.0 else 0.0
         tiny, quick = 1e-13 * span, _QUICK * min(span / max(ranges, 1.0), 1.0 / fastest)
-        stop, halvings, trials = begin + span, 0, 0
-        while span > 0.0 and stop - now[TIME] > tiny:
+        halvings, trials = 0, 0
+        while span > 0.0 and span - now[TIME] > tiny:
             trials += 1
             now[COUNT] += 1.0
             if trials > _MOST:
                 return TOO_MANY
-            left = stop - now[TIME]
-            here = p0 + (now[TIME] - begin) / span * change
+            left = span - now[TIME]
+            here = p0 + now[TIME] / span * change
             free = now[OUTER] == 0.0
             if free and not (end[ALPHA] == 0.0 and here >= 0.0):
                 if not wait_free(zone, left, here, p0 + change):
                     break
-                here = p0 + (now[TIME] - begin) / span * change
-                left = stop - now[TIME]
+                here = p0 + now[TIME] / span * change
+                left = span - now[TIME]
             # a zone of few nodes, of springs that are stiff at once
             vanishes = not free and known and rate_c < 0.0 and now[RADIUS] == 0.0 and now[OUTER] < _NODES * h
             leap = free or vanishes or wanted < quick or halvings > _HALVINGS
@@ -432,12 +434,10 @@ def follow_rows(
             if end[ALPHA] > 0.0:
                 out[row, OUT_WORK] += 0.5 * end[BETA] * (end[FORCE] ** 2 - force**2)
             call(zone.accept, None, (zone,))
-            if halvings == 0 and (not known or missed < 0.3 * limits[MISSED] * whole):
-                wanted = max(wanted, 1.6 * length)
-            else:
-                wanted = max(wanted, length) if length < wanted else length
+            quickens = halvings == 0 and (not known or missed < 0.3 * limits[MISSED] * whole)
+            wanted = max(wanted, 1.6 * length if quickens else length)
             known, halvings = True, 0
-        now[TIME] = stop
+        now[TIME] = span
         for i in range(FORCE + 1):
             out[row, i] = now[i]
         out[row, OUT_STORED], out[row, OUT_COHESIVE], out[row, OUT_SPENT] = call(

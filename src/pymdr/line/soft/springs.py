@@ -151,7 +151,7 @@ class ZoneSprings:
         end = self._zone.end
         end[kernels.SIGMA], end[kernels.HEIGHT] = setting.strength / self._firm, height
         end[kernels.SPACING], end[kernels.CELLS] = spacing, level.cells
-        self._pace = zeros(driver.KNOWN + 1)
+        self._pace = zeros(driver.ROW + 1)
 
     @property
     def state(self) -> tuple[FloatArray, ...]:
@@ -229,29 +229,28 @@ class ZoneSprings:
             now[kernels.DEPTH] = control[0] / self._unit
         out = np.zeros((time.size - 1, driver.OUTPUTS))
         out[:, driver.OUT_EVENT_D] = math.nan
-        spans = np.zeros((time.size - 1, 2))
-        spans[:, 1] = np.diff(time)
+        spans = np.diff(time)
         scaled = control.astype(float) / (load if by_force else self._unit)
         zone = driver.addressed(self._zone)
-        for row, span in enumerate(spans):
-            # times count from the start of the row: a long wait would leave no digits to short steps
-            zone.node[:, -1] -= now[kernels.TIME]
-            now[kernels.TIME] = 0.0
-            both = scaled[row : row + 2], out[row : row + 1]
-            end = driver.follow_rows(zone, self._limits, self._pace, span, *both)
-            if end != driver.DONE:
-                why = (
+        watched = [row - self._rows + 1 for row in self._watched if 0 <= row - self._rows < spans.size]
+        ends = sorted({*watched, spans.size})
+        for begin, end in zip([0, *ends], ends, strict=False):
+            rows = scaled[begin : end + 1], out[begin:end]
+            why = driver.follow_rows(zone, self._limits, self._pace, spans[begin:end], *rows)
+            row, self._pace[driver.ROW] = begin + int(self._pace[driver.ROW]), 0.0
+            if why != driver.DONE:
+                reason = (
                     "its zone becomes wider than the grid of springs allows"
-                    if end == driver.TOO_WIDE
+                    if why == driver.TOO_WIDE
                     else "its steps became too short"
                 )
                 raise ConvergenceError(
                     f"the contact with memory and a cohesive zone could not be followed beyond t = {time[row] + now[kernels.TIME]:.6g} s, a = "
-                    f"{metres(now[kernels.RADIUS] * self._unit)}: {why}; use a longer range of attraction, or a slower path"
+                    f"{metres(now[kernels.RADIUS] * self._unit)}: {reason}; use a longer range of attraction, or a slower path"
                 )
-            if self._rows in self._watched:
+            if end in watched:
                 self.lines.append(self._line())
-            self._rows += 1
+        self._rows += spans.size
         energy = load * self._unit
         units = {
             "contact_radius": (driver.OUT_A, self._unit),
