@@ -1,7 +1,7 @@
 """Steps with the whole memory of friction and of the bodies against laws by hand, which remember one force or none."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -92,6 +92,22 @@ def memory(friction: mdr.Coulomb | None, springs: int, count: int) -> Iterator[R
     yield Ratio(text, "solve of the whole path, 1000 springs", ours, solved, "no aim")
     if friction is None:
         yield Ratio(text, "Hertz with a dashpot in Python, which forgets", ours, plain, "no aim")
+        yield from compiled_memory(contact, springs, d, steps)
+
+
+def compiled_memory(
+    contact: mdr.Contact, springs: int, depths: list[float], steps: Callable[[], None]
+) -> Iterator[Ratio]:
+    """The compiled step of a body with memory in a loop, against steps from Python."""
+    step, body, states = mdr.Stepper(contact, 2 * DEEPEST, springs=springs).compiled()
+
+    def loop() -> None:
+        for depth in depths:
+            step(body, states, 0, depth, 0.0, LASTING)
+
+    ours, python = median_times(loop, steps)
+    text = f"{len(depths)} compiled steps with memory, {springs} springs, {ours / len(depths) * 1e6:.0f} us a step"
+    yield Ratio(text, "steps of Stepper.advance", ours, python, "aim 1 time")
 
 
 def ratios() -> Iterator[Ratio]:

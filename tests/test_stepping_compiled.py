@@ -1,6 +1,7 @@
 """Steps in the compiled code of other programs: those of the stepper, endings, room."""
 
 import math
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -57,6 +58,59 @@ def test_compiled_steps_are_those_of_the_stepper(case):
     assert (many.normal_force == others.normal_force).all()
 
 
+SOLID = mdr.Viscoelastic(mdr.Prony("1 MPa", ["2 MPa", "0.5 MPa"], ["0.1 s", "2 s"]), 0.5)
+DAMPED = mdr.Viscoelastic(mdr.KelvinVoigt("1 MPa", "1e4 Pa*s"), 0.4)
+LIQUID = mdr.Viscoelastic(mdr.Maxwell("1 MPa", "1 s"), 0.3)
+
+
+@pytest.mark.parametrize("body", first_of([SOLID, DAMPED, LIQUID]))
+def test_compiled_steps_with_memory_are_those_of_the_stepper(body):
+    contact = mdr.Contact(mdr.Paraboloid("10 mm"), body)
+    many, others = (mdr.Stepper(contact, DEEPEST, count=3, springs=40) for _ in range(2))
+    step, line, states = many.compiled()
+    lasting = 10.0 ** np.random.default_rng(2).uniform(-3.0, 1.0, (100, 3))
+    if body is not DAMPED:
+        lasting[::7] = 0.0
+    depths = walks(contact, 100, 3)[0]
+    depths[50:60] = depths[50]
+    for depth, duration in zip(depths, lasting, strict=True):
+        forces = others.advance(depth, duration=duration)
+        for i in range(3):
+            assert step(line, states, i, depth[i], 0.0, duration[i]) == (0, forces.normal[i], 0.0)
+    for name in ("dissipated_energy", "elastic_energy", "contact_radius", "indentation"):
+        assert (getattr(many, name) == getattr(others, name)).all()
+    others.undo()
+    many.undo()
+    wrong = [(DEEPEST, math.nan), (DEEPEST, -1.0), (DEEPEST, math.inf), (math.nan, 1.0), (1.1 * DEEPEST, 1.0)]
+    for depth, duration in [*wrong, (DEEPEST, 0.0)] if body is DAMPED else wrong:
+        assert step(line, states, 0, depth, 0.0, duration)[0] == 1
+    assert step(line, states, 0, DEEPEST, 0.0)[0] == 1
+    assert (
+        many.advance(np.full(3, DEEPEST), duration=1.0).normal
+        == others.advance(np.full(3, DEEPEST), duration=1.0).normal
+    ).all()
+
+
+def test_a_step_with_memory_in_two_threads():
+    many, others = (
+        mdr.Stepper(mdr.Contact(mdr.Paraboloid("10 mm"), SOLID), DEEPEST, count=2, springs=40)
+        for _ in range(2)
+    )
+    step, body, states = many.compiled()
+    depths = walks(many.contact, 400, 2)[0]
+
+    def moved(i):
+        for depth in depths[:, i].tolist():
+            step(body, states, i, depth, 0.0, 0.05)
+
+    with ThreadPoolExecutor(2) as pool:
+        list(pool.map(moved, range(2)))
+    for depth in depths:
+        others.advance(depth, duration=0.05)
+    assert (many.normal_force == others.normal_force).all()
+    assert (many.dissipated_energy == others.dissipated_energy).all()
+
+
 def test_a_loop_of_another_program():
     numba = pytest.importorskip("numba")
     stepper = mdr.Stepper(BEAD, DEEPEST)
@@ -103,6 +157,11 @@ def test_a_stack_without_room_leaves_the_step_to_the_stepper():
             ),
             64,
             "have no compiled step",
+        ),
+        (
+            mdr.Contact(mdr.Paraboloid("10 mm"), SOLID, friction=mdr.Coulomb(0.3)),
+            64,
+            "with memory and friction",
         ),
     ],
 )

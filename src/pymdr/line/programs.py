@@ -8,13 +8,16 @@ from typing import Any, NamedTuple
 
 from pymdr.compiling import Fused
 from pymdr.errors import ProblemError
-from pymdr.line import following, friction, plane, plastic
+from pymdr.line import following, friction, memory, plane, plastic
 from pymdr.line.following import Branches, RestingBranches
 from pymdr.line.following import layout as at
 from pymdr.line.following import steps as branches
 from pymdr.line.friction import Stacks
 from pymdr.line.friction import steps as stacks
 from pymdr.line.friction.layout import COMPLETE, STACK_FULL
+from pymdr.line.memory import RelaxingContacts
+from pymdr.line.memory import steps as relaxing
+from pymdr.line.memory.row_kernels import Run
 from pymdr.line.moved import Moved
 from pymdr.line.plane import PlaneContacts
 from pymdr.line.plane import steps as springs
@@ -25,7 +28,9 @@ from pymdr.units import FloatArray
 TAKEN, REFUSED, LEFT = range(3)
 """How a step ended: taken; refused, because a value is not finite or too deep; left to the stepper itself. All but TAKEN keep the state."""
 
-_fused = Fused(__file__, following.__file__, friction.__file__, plane.__file__, plastic.__file__)
+_fused = Fused(
+    __file__, following.__file__, friction.__file__, memory.__file__, plane.__file__, plastic.__file__
+)
 _Line = tuple[float, float, FloatArray, FloatArray]
 _States = tuple[Any, FloatArray]
 
@@ -34,7 +39,7 @@ class CompiledStep(NamedTuple):
     """A compiled step with its arguments."""
 
     step: Any
-    """``step(body, states, i, indentation, shift)`` of contact i, which returns ``(ending, normal, tangential)``."""
+    """``step(body, states, i, indentation, shift, duration)`` of contact i, which returns ``(ending, normal, tangential)``."""
     body: tuple[Any, ...]
     """What all contacts share."""
     states: tuple[Any, ...]
@@ -42,7 +47,9 @@ class CompiledStep(NamedTuple):
 
 
 @_fused.compiled
-def along_line(body: _Line, states: _States, i: int, depth: float, shift: float) -> tuple[int, float, float]:
+def along_line(
+    body: _Line, states: _States, i: int, depth: float, shift: float, duration: float = 0.0
+) -> tuple[int, float, float]:
     """A step of a stack."""
     deepest, moves, line, scales = body
     if not depth <= deepest:
@@ -55,7 +62,7 @@ def along_line(body: _Line, states: _States, i: int, depth: float, shift: float)
 
 @_fused.compiled
 def without_slip(
-    body: _Line, states: _States, i: int, depth: float, shift: float
+    body: _Line, states: _States, i: int, depth: float, shift: float, duration: float = 0.0
 ) -> tuple[int, float, float]:
     """A step of a stack without slip."""
     deepest, _, line, scales = body
@@ -74,6 +81,7 @@ def in_plane(
     i: int,
     depth: float,
     shift: tuple[float, float],
+    duration: float = 0.0,
 ) -> tuple[int, float, tuple[float, float]]:
     """A step of springs in the plane."""
     line, labels, scales, slips = body
@@ -88,7 +96,12 @@ def in_plane(
 
 @_fused.compiled
 def on_branches(
-    body: tuple[float, FloatArray], states: tuple[FloatArray], i: int, depth: float, shift: float
+    body: tuple[float, FloatArray],
+    states: tuple[FloatArray],
+    i: int,
+    depth: float,
+    shift: float,
+    duration: float = 0.0,
 ) -> tuple[int, float, float]:
     """A step on the branches of a curve."""
     deepest, rows = body
@@ -104,6 +117,7 @@ def on_resting_branches(
     i: int,
     depth: float,
     shift: float,
+    duration: float = 0.0,
 ) -> tuple[int, float, float]:
     """A step on the branches of two curves, between which the edge rests."""
     deepest, advancing, receding, edge = body
@@ -115,13 +129,37 @@ def on_resting_branches(
 
 @_fused.compiled
 def on_ball(
-    body: tuple[float, FloatArray], states: tuple[FloatArray], i: int, depth: float, shift: float
+    body: tuple[float, FloatArray],
+    states: tuple[FloatArray],
+    i: int,
+    depth: float,
+    shift: float,
+    duration: float = 0.0,
 ) -> tuple[int, float, float]:
     """A step of a ball that yields."""
     deepest, ball = body
     if not -math.inf < depth <= deepest:
         return REFUSED, 0.0, 0.0
     return TAKEN, yielding.step(ball, states[0][i], depth), 0.0
+
+
+@_fused.compiled
+def with_memory(
+    body: tuple[float, tuple[Run, Any, bool], relaxing.Room],
+    states: tuple[FloatArray, FloatArray, FloatArray],
+    i: int,
+    depth: float,
+    shift: float,
+    duration: float = math.nan,
+) -> tuple[int, float, float]:
+    """A step of springs with memory, which needs its duration in s."""
+    deepest, line, room = body
+    if not -math.inf < depth <= deepest:
+        return REFUSED, 0.0, 0.0
+    ending, force = relaxing.step(line, room, states, i, depth, duration)
+    if ending == relaxing.COMPLETE:
+        return TAKEN, force, 0.0
+    return (LEFT if ending == relaxing.UNKNOWN else REFUSED), 0.0, 0.0
 
 
 @singledispatch
@@ -143,7 +181,8 @@ def compiled_of(contacts: Moved, deepest: float, capacity: int) -> CompiledStep:
         If steps of these contacts are not compiled.
     """
     raise ProblemError(
-        "Stepper.compiled: contacts of bodies with memory, and of bodies that yield with adhesion or apparent_radius, have no compiled step; "
+        "Stepper.compiled: contacts of bodies with memory and friction or adhesion, and of bodies that yield with adhesion or apparent_radius, "
+        "have no compiled step; "
         "call advance, with count= for many contacts at once"
     )
 
@@ -176,3 +215,8 @@ def _(contacts: YieldingContacts, deepest: float, capacity: int) -> CompiledStep
     if contacts.adhesive:
         compiled_of.dispatch(Moved)(contacts, deepest, capacity)
     return CompiledStep(on_ball, (deepest, contacts.body), contacts.arrays)
+
+
+@compiled_of.register
+def _(contacts: RelaxingContacts, deepest: float, capacity: int) -> CompiledStep:
+    return CompiledStep(with_memory, (deepest, *contacts.body), contacts.arrays)

@@ -253,8 +253,9 @@ class Stepper:
         """
         The step as a function that numba compiles into other functions, such as the loop of an integrator.
 
-        ``step(body, states, i, indentation, shift)`` moves contact i and returns ``(ending, normal, tangential)``; in the plane `shift` and
-        `tangential` are pairs. An ending of 0 is a step; 1 refuses a value that is not finite or too deep; 2 leaves the step to
+        ``step(body, states, i, indentation, shift, duration)`` moves contact i and returns ``(ending, normal, tangential)``; in the plane
+        `shift` and `tangential` are pairs. Bodies with memory need the duration in s, which other contacts may leave out. An ending of 0 is a
+        step; 1 refuses a value that is not finite or too deep, and a duration that :meth:`advance` refuses; 2 leaves the step to
         :meth:`advance`, because a stack is full or an edge rests in an unstable state. The contact then keeps its state.
 
         Parameters
@@ -272,7 +273,7 @@ class Stepper:
         Raises
         ------
         ProblemError
-            If bodies have memory, or yield with adhesion or apparent_radius, or `capacity` is not from 8 to 65536.
+            If bodies have memory with friction or adhesion, or yield with adhesion or apparent_radius, or `capacity` is not from 8 to 65536.
 
         Examples
         --------

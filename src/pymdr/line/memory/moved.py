@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -17,6 +17,10 @@ from pymdr.line.memory.springs import springs_to
 from pymdr.line.moved import BEFORE, NOW, Moved, WithoutAdhesion, WithoutShift, durations_of
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.units import FloatArray, metres
+
+if TYPE_CHECKING:
+    from pymdr.line.memory.row_kernels import Run
+    from pymdr.line.memory.steps import Room
 
 
 class RelaxingContacts(WithoutShift, WithoutAdhesion, Moved):
@@ -57,6 +61,13 @@ class RelaxingContacts(WithoutShift, WithoutAdhesion, Moved):
         row = np.zeros(kernels.COLUMNS)
         row[kernels.LAST] = -1.0
         self.arrays = tuple(np.tile(one, (count, 2, *([1] * one.ndim))) for one in (first, start, row))
+
+    @property
+    def body(self) -> tuple[tuple[Run, Any, bool], Room]:
+        """The springs, and work space of every contact, as compiled steps read them."""
+        from pymdr.line.memory.steps import room_of
+
+        return (self._run, self._meet, self._rigid), room_of(self._run, self._scratch, self.count)
 
     def advance(self, depth: float, shift: Any, duration: Any) -> tuple[float, float]:
         """Go with one contact straight to an indentation in m within a duration in s; F_N in N, and 0."""
