@@ -43,31 +43,27 @@ class RelaxingContacts(WithoutShift, WithoutAdhesion, Moved):
         Number of contacts.
     """
 
+    body: tuple[tuple[Run, Any, bool], Room]
+    """The springs, and work space of every contact, as compiled steps read them."""
+
     def __init__(
         self, curve: Curve, relaxation: Relaxation, deepest: float, springs: int, count: int
     ) -> None:
-        from pymdr.line.memory import kernels, row_kernels
+        from pymdr.line.memory import kernels, row_kernels, steps
 
         self.curve, self.relaxation, self.springs = curve, relaxation, springs_to(curve, deepest, springs)
         self._rigid = relaxation.instantly_rigid or relaxation.viscosity > 0.0
-        self._at, self._kernels = kernels, row_kernels
+        self._at, self._kernels, self._steps = kernels, row_kernels, steps
         self._run, self._meet, start, first = prepared_run(
             self.springs, relaxation, modes_of(relaxation), virgin(), math.inf, 0.0
         )
-        self._scratch, self._untold = first.copy(), np.zeros((row_kernels.NOTES, 0, first.shape[0]))
+        self.body = (self._run, self._meet, self._rigid), steps.room_of(self._run, first, count)
         # springs of a flat profile have no height
         self._size = max(deepest, float(self.springs.height[-1]))
         self._elastic = elastic_force(curve, self._size)
         row = np.zeros(kernels.COLUMNS)
         row[kernels.LAST] = -1.0
         self.arrays = tuple(np.tile(one, (count, 2, *([1] * one.ndim))) for one in (first, start, row))
-
-    @property
-    def body(self) -> tuple[tuple[Run, Any, bool], Room]:
-        """The springs, and work space of every contact, as compiled steps read them."""
-        from pymdr.line.memory.steps import room_of
-
-        return (self._run, self._meet, self._rigid), room_of(self._run, self._scratch, self.count)
 
     def advance(self, depth: float, shift: Any, duration: Any) -> tuple[float, float]:
         """Go with one contact straight to an indentation in m within a duration in s; F_N in N, and 0."""
@@ -94,9 +90,14 @@ class RelaxingContacts(WithoutShift, WithoutAdhesion, Moved):
 
     def _step(self, i: int, depth: float, duration: float) -> float:
         """Go with contact i straight to an indentation in m within a duration in s; F_N in N."""
-        self._keep(i)
-        course = np.array([[duration], [depth], [0.0]])
-        return float(self._follow(i, course, self._untold)[0, self._at.FORCE])
+        ending, force = self._steps.step(*self.body, self.arrays, i, depth, duration)
+        if ending != self._steps.COMPLETE:
+            raise self._ended(depth)
+        return float(force)
+
+    @staticmethod
+    def _ended(depth: float) -> ConvergenceError:
+        return ConvergenceError(f"Stepper.advance: no springs are known at {metres(depth)}")
 
     def step_in_parts(
         self, i: int, depth: float, duration: float, division: tuple[float, int]
@@ -133,13 +134,12 @@ class RelaxingContacts(WithoutShift, WithoutAdhesion, Moved):
     def _follow(self, i: int, course: FloatArray, notes: FloatArray) -> FloatArray:
         """Rows of a step; their work and dissipation are those so far."""
         springs, start, row = (array[i, NOW] for array in self.arrays)
-        self._scratch[:] = springs
+        scratch = self.body[1].springs[i]
+        scratch[:] = springs
         rows = np.zeros((course.shape[1], row.size))
-        done = self._kernels.follow(
-            self._run, course, start, (springs, self._scratch), rows, notes, self._meet
-        )
+        done = self._kernels.follow(self._run, course, start, (springs, scratch), rows, notes, self._meet)
         if done != course.shape[1]:
-            raise ConvergenceError(f"Stepper.advance: no springs are known at {metres(course[1, -1])}")
+            raise self._ended(float(course[1, -1]))
         for column in (self._at.WORK, self._at.DISSIPATED):
             rows[:, column] += row[column]
         row[:] = rows[-1]
@@ -148,7 +148,8 @@ class RelaxingContacts(WithoutShift, WithoutAdhesion, Moved):
     def copied(self) -> Self:
         """The same contacts, which move on their own."""
         other = super().copied()
-        other._scratch = self._scratch.copy()
+        same, room = self.body
+        other.body = same, type(room)(*(array.copy() for array in room))
         return other
 
     @property

@@ -80,7 +80,8 @@ class Run(NamedTuple):
     limit: float
     row: FloatArray
     step: Any
-    """The address of :func:`pymdr.line.memory.kernels.step`."""
+    history: Any
+    """Addresses of :func:`pymdr.line.memory.kernels.step` and :func:`_follow_rows`."""
 
 
 class Division(NamedTuple):
@@ -123,9 +124,12 @@ def run_of(
     """What kernels follow, and how they do: springs whose state has the shape of `state`, on a machine."""
     row = np.zeros(COLUMNS)
     by_address = step.address(None, springs, body, Move(0.0, 0.0, 0.0, 0.0), (0, 0, 0.0), state, state, row)
-    run = Run(springs, body, machine, limit, row, by_address)
-    meet = move_to if math.isinf(machine) else solve_row
-    return run, meet.address(MET, run, RowStart(0.0, 0.0, 0.0, 0), 0.0, state, state, 0.0)
+    run = Run(springs, body, machine, limit, row, by_address, 0)
+    by_target = move_to if math.isinf(machine) else solve_row
+    meet = by_target.address(MET, run, RowStart(0.0, 0.0, 0.0, 0), 0.0, state, state, 0.0)
+    notes = np.zeros((NOTES, 0, 0))
+    history = _follow_rows.address(0, run, state, np.zeros(4), (state, state), state, notes, meet)
+    return run._replace(history=history), meet
 
 
 @inner
@@ -397,8 +401,8 @@ def _next_size(halve: bool, first: bool, size: float, levels: tuple[int, int]) -
     return size, long, short
 
 
-@uncounted
-def follow(
+@Addressed
+def _follow_rows(
     run: Run,
     course: FloatArray,
     start: FloatArray,
@@ -407,29 +411,7 @@ def follow(
     notes: FloatArray,
     meet: Any,
 ) -> int:
-    """
-    Follow rows on which the indentation is straight.
-
-    Parameters
-    ----------
-    run : Run
-    course : ndarray, shape (3, m)
-    start : ndarray
-        Time, indentation, target and active springs before the first row; takes those after the last.
-    states : tuple of ndarray
-        Of the springs, two equal ones; the first takes that after the last row.
-    rows : ndarray
-        Takes the end of each row: its columns, and the indentation.
-    notes : ndarray
-        Takes the loads of springs before every row and after the last, unless it is empty.
-    meet : int
-        The address of what meets the target of a row: :func:`move_to` of an indentation, :func:`solve_row` of others.
-
-    Returns
-    -------
-    int
-        How many rows were followed: fewer where the springs end. STUCK if no indentation meets a target; the start takes its time.
-    """
+    """As :func:`follow`."""
     now, here, before, target, active = start[0], start[1], start[1], start[2], int(start[3])
     (state, new), body, known, row = states, run.body, run.body.known, run.row
     old, done = state, int(0.0)  # numbers: kernels are compiled once more for constants
@@ -466,6 +448,42 @@ def follow(
         copy_spring(state, old, i)
     start[0], start[1], start[2], start[3] = now, here, target, active
     return done
+
+
+@uncounted
+def follow(
+    run: Run,
+    course: FloatArray,
+    start: FloatArray,
+    states: tuple[FloatArray, FloatArray],
+    rows: FloatArray,
+    notes: FloatArray,
+    meet: Any,
+) -> int:
+    """
+    Follow rows on which the indentation is straight.
+
+    Parameters
+    ----------
+    run : Run
+    course : ndarray, shape (3, m)
+    start : ndarray
+        Time, indentation, target and active springs before the first row; takes those after the last.
+    states : tuple of ndarray
+        Of the springs, two equal ones; the first takes that after the last row.
+    rows : ndarray
+        Takes the end of each row: its columns, and the indentation.
+    notes : ndarray
+        Takes the loads of springs before every row and after the last, unless it is empty.
+    meet : int
+        The address of what meets the target of a row: :func:`move_to` of an indentation, :func:`solve_row` of others.
+
+    Returns
+    -------
+    int
+        How many rows were followed: fewer where the springs end. STUCK if no indentation meets a target; the start takes its time.
+    """
+    return int(call(run.history, 0, (run, course, start, states, rows, notes, meet)))
 
 
 @uncounted

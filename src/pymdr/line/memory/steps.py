@@ -51,7 +51,7 @@ def own_run(run: Run, room: Room, i: int) -> Run:
         same.crossing,
         same.changes,
     )
-    return Run(run.springs, body, run.machine, run.limit, room.row[i], run.step)
+    return Run(run.springs, body, run.machine, run.limit, room.row[i], run.step, run.history)
 
 
 @uncounted
