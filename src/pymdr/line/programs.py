@@ -145,18 +145,18 @@ def on_ball(
 
 @_fused.compiled
 def with_memory(
-    body: tuple[float, tuple[Run, Any, bool], relaxing.Room],
-    states: tuple[FloatArray, FloatArray, FloatArray],
+    body: tuple[float, tuple[Run, Any, bool], relaxing.Workspace],
+    states: tuple[FloatArray, ...],
     i: int,
     depth: float,
     shift: float,
     duration: float = math.nan,
 ) -> tuple[int, float, float]:
     """A step of springs with memory, which needs its duration in s."""
-    deepest, line, room = body
+    deepest, line, space = body
     if not -math.inf < depth <= deepest:
         return REFUSED, 0.0, 0.0
-    ending, force = relaxing.step(line, room, states, i, depth, duration)
+    ending, force = relaxing.step(line, space, states, i, depth, duration)
     if ending == relaxing.COMPLETE:
         return TAKEN, force, 0.0
     return (LEFT if ending == relaxing.UNKNOWN else REFUSED), 0.0, 0.0

@@ -20,7 +20,7 @@ from pymdr.units import FloatArray, metres
 
 if TYPE_CHECKING:
     from pymdr.line.memory.row_kernels import Run
-    from pymdr.line.memory.steps import Room
+    from pymdr.line.memory.steps import Workspace
 
 
 class RelaxingContacts(WithoutShift, WithoutAdhesion, Moved):
@@ -43,7 +43,7 @@ class RelaxingContacts(WithoutShift, WithoutAdhesion, Moved):
         Number of contacts.
     """
 
-    body: tuple[tuple[Run, Any, bool], Room]
+    body: tuple[tuple[Run, Any, bool], Workspace]
     """The springs, and work space of every contact, as compiled steps read them."""
 
     def __init__(
@@ -57,7 +57,7 @@ class RelaxingContacts(WithoutShift, WithoutAdhesion, Moved):
         self._run, self._meet, start, first = prepared_run(
             self.springs, relaxation, modes_of(relaxation), virgin(), math.inf, 0.0
         )
-        self.body = (self._run, self._meet, self._rigid), steps.room_of(self._run, first, count)
+        self.body = (self._run, self._meet, self._rigid), steps.workspace_of(self._run, first, count)
         # springs of a flat profile have no height
         self._size = max(deepest, float(self.springs.height[-1]))
         self._elastic = elastic_force(curve, self._size)
@@ -148,8 +148,8 @@ class RelaxingContacts(WithoutShift, WithoutAdhesion, Moved):
     def copied(self) -> Self:
         """The same contacts, which move on their own."""
         other = super().copied()
-        same, room = self.body
-        other.body = same, type(room)(*(array.copy() for array in room))
+        same, space = self.body
+        other.body = same, type(space)(*(array.copy() for array in space))
         return other
 
     @property

@@ -17,7 +17,7 @@ COMPLETE, IMPOSSIBLE, UNKNOWN = range(3)
 """How a step ended: taken; not taken, because a duration is none or a dashpot would need an infinite force; or because no springs are known there."""
 
 
-class Room(NamedTuple):
+class Workspace(NamedTuple):
     """Work space of contacts, so that threads may move different ones; their number is the first index."""
 
     tables: FloatArray
@@ -26,19 +26,19 @@ class Room(NamedTuple):
     springs: FloatArray
     course: FloatArray
     ends: FloatArray
-    untold: FloatArray
+    unnoted: FloatArray
     """No notes, of all contacts."""
 
 
-def room_of(run: Run, state: FloatArray, count: int) -> Room:
-    """Room for a number of contacts whose springs have the shape of `state`."""
+def workspace_of(run: Run, state: FloatArray, count: int) -> Workspace:
+    """Workspace for a number of contacts whose springs have the shape of `state`."""
     each = run.body.table, run.body.known, run.row, state, np.zeros((3, 1)), np.zeros((1, COLUMNS))
-    several = (np.tile(one, (count, *([1] * one.ndim))) for one in each)
-    return Room(*several, np.zeros((NOTES, 0, state.shape[0])))
+    several = [np.tile(one, (count, *([1] * one.ndim))) for one in each]
+    return Workspace._make([*several, np.zeros((NOTES, 0, state.shape[0]))])
 
 
 @uncounted
-def own_run(run: Run, room: Room, i: int) -> Run:
+def own_run(run: Run, space: Workspace, i: int) -> Run:
     """What is followed, with the work space of contact i."""
     same = run.body
     body = Body(
@@ -46,19 +46,19 @@ def own_run(run: Run, room: Room, i: int) -> Run:
         same.viscosity,
         same.branches,
         same.modes,
-        room.tables[i],
-        room.known[i],
+        space.tables[i],
+        space.known[i],
         same.crossing,
         same.changes,
     )
-    return Run(run.springs, body, run.machine, run.limit, room.row[i], run.step, run.history)
+    return Run(run.springs, body, run.machine, run.limit, space.row[i], run.step, run.history)
 
 
 @uncounted
 def step(
     line: tuple[Run, Any, bool],
-    room: Room,
-    states: tuple[FloatArray, FloatArray, FloatArray],
+    space: Workspace,
+    states: tuple[FloatArray, ...],
     i: int,
     depth: float,
     duration: float,
@@ -70,7 +70,7 @@ def step(
     ----------
     line : tuple
         The springs of all contacts, the address of what meets an indentation, and whether they resist sudden steps without limit.
-    room : Room
+    space : Workspace
     states : tuple of ndarray
         Springs, starts and rows of all contacts, now and before the last step.
     i : int
@@ -91,7 +91,7 @@ def step(
     if rigid and duration == 0.0 and here != depth and max(here, depth) > 0.0:
         return IMPOSSIBLE, 0.0
     start[NOW, 0] = 0.0  # times count from here: a duration may be short against the whole
-    scratch, course, ends = room.springs[i], room.course[i], room.ends[i]
+    scratch, course, ends = space.springs[i], space.course[i], space.ends[i]
     for k in range(springs.shape[1]):
         for j in range(springs.shape[2]):
             springs[BEFORE, k, j] = scratch[k, j] = springs[NOW, k, j]
@@ -100,7 +100,9 @@ def step(
     for j in range(row.shape[1]):
         row[BEFORE, j] = row[NOW, j]
     course[TIME, 0], course[TARGET, 0] = duration, depth
-    done = follow(own_run(run, room, i), course, start[NOW], (springs[NOW], scratch), ends, room.untold, meet)
+    done = follow(
+        own_run(run, space, i), course, start[NOW], (springs[NOW], scratch), ends, space.unnoted, meet
+    )
     if done != 1:
         return UNKNOWN, 0.0
     ends[0, WORK] += row[NOW, WORK]
