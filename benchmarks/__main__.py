@@ -42,7 +42,7 @@ for name in given.names:
         print(ratio, flush=True)
         if isinstance(ratio, Ratio):
             ratios.append(ratio)
-    if not given.no_record:
+    if ratios and not given.no_record:
         # all commits before a release have one name, that of the release that they prepare
         release, dev, _ = pymdr.__version__.partition(".dev")
         fallen += record(name, ratios, release + dev)

@@ -68,10 +68,9 @@ def following() -> Iterator[Ratio]:
         return np.asarray(np.interp(PATH, known, values))
 
     against = f"np.interp of {STEPS} points"
-    what = (
-        f"follow {STEPS} steps over {instabilities} instabilities (off the curve by {error:.0e} of the depth)"
-    )
-    yield compare(what, lambda: follow(track, PATH), against, interpolated, "aim 20")
+    what = f"follow {STEPS} steps over {instabilities} instabilities"
+    off = f"off the curve by {error:.0e} of the depth"
+    yield compare(what, lambda: follow(track, PATH), against, interpolated, "aim 20", off)
     yield compare(
         "the same with radii, forces, energies and work", everything, against, interpolated, "no aim"
     )
@@ -135,11 +134,12 @@ def forces() -> Iterator[Ratio]:
     other = some * n / few
     for what, seconds in (("arrays of d, R, E*, work", time), ("an array of d", one)):
         yield Ratio(
-            f"{n} JKR forces, {what} ({n / seconds:.2g} per second, error {error:.0e})",
-            f"brentq, scaled from {few} ({n / other:.2g} per second)",
+            f"{n} JKR forces, {what}",
+            f"brentq, scaled from {few}",
             seconds,
             other,
             "aim 5e6 per second, error 1e-12",
+            f"{n / seconds:.2g} per second, by brentq {n / other:.2g}; error {error:.0e}",
         )
 
 
@@ -187,11 +187,12 @@ def pull_off() -> Iterator[Ratio]:
         require(error <= 1e-9, f"pull-off differs from brentq by {error:.0e}")
         time, some = median_times(ours, loop)
         yield Ratio(
-            f"pull-off of {n} power laws {control} (differ by {error:.0e})",
+            f"pull-off of {n} power laws {control}",
             f"brentq for the fold, scaled from {few}",
             time,
             some * n / few,
             "no loop; no number set",
+            f"differ by {error:.0e}",
         )
 
 

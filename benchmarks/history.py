@@ -9,7 +9,7 @@ from benchmarks.timing import Ratio
 FOLDER = Path(__file__).parent / "results"
 FALL = 2.0 / 3.0
 """Of the speed relative to the alternative, below which a benchmark is reported."""
-COLUMNS = ("version", "what", "against", "times_faster")
+COLUMNS = ("version", "what", "against", "times_faster", "note")
 
 
 def read(file: Path) -> list[dict[str, str]]:
@@ -31,7 +31,7 @@ def record(name: str, ratios: Iterable[Ratio], version: str, folder: Path = FOLD
     """
     file = folder / f"{name}.csv"
     kept = [row for row in read(file) if row["version"] != version]
-    before = {row["what"]: row for row in kept}
+    before = {(row["what"], row["against"]): row for row in kept}
     fallen, rows = [], []
     for ratio in ratios:
         faster = ratio.other / ratio.ours
@@ -41,9 +41,10 @@ def record(name: str, ratios: Iterable[Ratio], version: str, folder: Path = FOLD
                 "what": ratio.what,
                 "against": ratio.against,
                 "times_faster": f"{faster:.4g}",
+                "note": ratio.note,
             }
         )
-        earlier = before.get(ratio.what)
+        earlier = before.get((ratio.what, ratio.against))
         if earlier is not None and faster < FALL * float(earlier["times_faster"]):
             fallen.append(
                 f"{name}, {ratio.what}: {faster:.3g} times as fast as {ratio.against}, {earlier['times_faster']} in {earlier['version']}"

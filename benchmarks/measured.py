@@ -46,21 +46,23 @@ def samples() -> Iterator[Ratio]:
     n = 100_000
     coarse, fine = error(by_trapezoid(n)), error(by_spline(n))
     equal = next(k for k in range(5, n) if error(by_spline(k)) <= coarse)
-    what = "map {} samples to 200 points, error {:.0e}".format
-    plain = f"the trapezoidal rule on {n} samples, error {coarse:.0e}"
+    plain = f"the trapezoidal rule on {n} samples"
+    note = f"error {{:.0e}}, of the rule {coarse:.0e}".format
     yield compare(
-        what(equal, error(by_spline(equal))),
+        "map samples to 200 points, as accurate",
         lambda: by_spline(equal),
         plain,
         lambda: by_trapezoid(n),
         "equal accuracy",
+        f"{equal} samples, {note(error(by_spline(equal)))}",
     )
     yield compare(
-        what(n, fine),
+        f"map {n} samples to 200 points",
         lambda: by_spline(n),
         plain,
         lambda: by_trapezoid(n),
         "equal samples",
+        note(fine),
     )
 
 

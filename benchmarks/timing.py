@@ -17,11 +17,16 @@ class Ratio:
     ours: float
     other: float
     aim: str
+    note: str = ""
+    """What else was measured, such as errors and times of one step: no part of the name, by which versions are compared."""
 
     def __str__(self) -> str:
         faster = self.other / self.ours
         speed = f"{faster:.1f} times faster than" if faster >= 1 else f"{1 / faster:.2f} times as long as"
-        return f"{self.what}: {self.ours * 1e3:.3g} ms, {speed} {self.against} ({self.other * 1e3:.3g} ms); {self.aim}"
+        return (
+            f"{self.what}: {self.ours * 1e3:.3g} ms, {speed} {self.against} ({self.other * 1e3:.3g} ms); "
+            + "; ".join(part for part in (self.aim, self.note) if part)
+        )
 
 
 REPEATS = 9
@@ -47,10 +52,10 @@ def median_times(*works: Callable[[], object]) -> list[float]:
 
 
 def compare(
-    what: str, ours: Callable[[], object], against: str, other: Callable[[], object], aim: str
+    what: str, ours: Callable[[], object], against: str, other: Callable[[], object], aim: str, note: str = ""
 ) -> Ratio:
     """Time two calls in turns."""
-    return Ratio(what, against, *median_times(ours, other), aim)
+    return Ratio(what, against, *median_times(ours, other), aim, note)
 
 
 def process(*arguments: str) -> Callable[[], object]:

@@ -88,6 +88,71 @@ def test_a_killed_worker_loses_nothing(client, tmp_path):
     assert (tmp_path / "killed").exists()
 
 
+def killed_at_its_second_part(mark):
+    """A plugin of dask workers that kills the first process that begins a second part."""
+    from distributed import WorkerPlugin
+
+    class Killed(WorkerPlugin):
+        name = "killed"
+
+        def setup(self, worker):
+            self.begun = 0
+
+        def transition(self, key, start, finish, **more):
+            self.begun += finish == "executing"
+            if self.begun == 2 and not mark.exists():
+                mark.touch()
+                os.kill(os.getpid(), signal.SIGKILL)
+
+    return Killed()
+
+
+def force_curves():
+    """Noisy Hertz curves, three parts of a map."""
+    depth = np.linspace(0.0, 1e-6, 1000)
+    force = 0.1 * depth**1.5 + 1e-12 * np.random.default_rng(0).standard_normal((1500, depth.size))
+    return xr.Dataset({"force": (("y", "sample"), force), "indentation": ("sample", depth)})
+
+
+def swept(workers, folder):
+    return mdr.sweep(BALL, mdr.indent("1 um", steps=3), OVER, workers=workers, folder=folder).data
+
+
+def fitted(workers, folder):
+    return mdr.fit_map(BALL, force_curves(), ["body.young"], workers=workers, folder=folder).data
+
+
+def pressed(workers, folder):
+    steel = mdr.Elastic("210 GPa", 0.3)
+    return mdr.press_rough(SURFACE, steel, normal_force=[1.0, 10.0], realisations=8, workers=workers).data
+
+
+def calibrated(workers, folder):
+    pytest.importorskip("ContactMechanics")
+    result = mdr.calibrate_coefficient(SURFACE, realisations=4, workers=workers)
+    return xr.Dataset({"coefficient": result.coefficient})
+
+
+def judged(workers, folder):
+    from tests import accuracy
+
+    study = accuracy.study(
+        5, 8, workers, effort=accuracy.QUICK, kinds=("profiles", "friction"), folder=folder
+    )
+    return xr.Dataset({"value": ("value", [v.value for outcome in study.outcomes for v in outcome.values])})
+
+
+@pytest.mark.parametrize("work", [swept, fitted, pressed, calibrated, judged])
+def test_a_worker_that_is_killed_midway_changes_no_number(client, work, tmp_path):
+    client.register_plugin(killed_at_its_second_part(tmp_path / "killed"))
+    try:
+        there = work(client, tmp_path / "there")
+    finally:
+        client.unregister_worker_plugin("killed")
+    assert (tmp_path / "killed").exists()
+    xr.testing.assert_identical(there, work(1, tmp_path / "here"))
+
+
 def test_a_part_that_kills_every_worker_is_an_error_in_words(client):
     with pytest.raises(mdr.ProblemError, match="the cluster abandoned a part of the work"):
         list(in_order(kills, range(1), client))

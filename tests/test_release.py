@@ -1,5 +1,6 @@
 """Files of a release that must agree, and the version where there is no installation."""
 
+import csv
 import re
 import tomllib
 from pathlib import Path
@@ -92,6 +93,27 @@ def test_benchmarks_that_fall_by_a_third_are_listed(tmp_path, monkeypatch):
     # measured again, a version replaces its own rows
     assert history.record("some", measured(0.1, 0.1), "2", tmp_path) == []
     assert [row["version"] for row in history.read(tmp_path / "some.csv")] == ["1", "1", "2", "2"]
+
+
+def test_benchmarks_are_compared_by_name_and_alternative_whatever_else_was_measured(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT))
+    from benchmarks import history
+    from benchmarks.timing import Ratio
+
+    def both(first, second, note):
+        return [Ratio("work", *row, "", note) for row in (("a", first, 1.0), ("b", second, 1.0))]
+
+    history.record("some", both(0.1, 1.0, "errs by 1e-7"), "1", tmp_path)
+    (sentence,) = history.record("some", both(0.2, 1.0, "errs by 2e-7"), "2", tmp_path)
+    assert "5 times as fast as a, 10 in 1" in sentence
+
+
+def test_rows_of_the_kept_tables_differ():
+    for file in (ROOT / "benchmarks" / "results").glob("*.csv"):
+        with file.open(encoding="utf-8", newline="") as opened:
+            rows = [(row["version"], row["what"], row["against"]) for row in csv.DictReader(opened)]
+        assert rows
+        assert len(set(rows)) == len(rows), file.name
 
 
 @pytest.mark.long
