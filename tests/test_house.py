@@ -2,6 +2,7 @@
 
 import ast
 import inspect
+import pickle
 import re
 from collections import Counter
 from dataclasses import replace
@@ -18,7 +19,7 @@ from pymdr.interpretation.validity import BODY_SOURCES, NORMAL_FIELDS, SOURCES
 from pymdr.mapping.moduli import surface_compliances
 from pymdr.problem.codec import tables
 from pymdr.quantities import QUANTITIES
-from pymdr.solving.study import Study
+from pymdr.solving.study import Answer, Study
 
 SOURCE = Path(mdr.__file__).parent
 DOCS = Path(__file__).parents[1] / "docs"
@@ -231,6 +232,37 @@ def test_options_are_in_the_signature_and_others_are_refused(verb, wrong, right)
     words = rf"^{verb.__name__}\(\) got an unexpected keyword argument '{wrong}'; write {right}= \(arguments: .*\b{right}\b"
     with pytest.raises(TypeError, match=words):
         verb(**{wrong: None})
+
+
+def public_callables():
+    """All functions of the public face, and all public methods of its classes and of what its functions return."""
+    faces = [getattr(mdr, name) for name in mdr.__all__]
+    classes = {face for face in faces if inspect.isclass(face)} | set(all_studies(Answer))
+    yield from (face for face in faces if inspect.isfunction(face))
+    yield mdr.Stepper
+    for cls in classes - {mdr.Stepper}:  # whose steps take microseconds
+        for name in dir(cls):
+            method = getattr(cls, name, None)  # fields without default are no attributes of the class
+            if not name.startswith("_") and (inspect.isfunction(method) or inspect.ismethod(method)):
+                yield method
+
+
+def test_all_public_functions_name_their_arguments_to_who_misspells_one():
+    for function in public_callables():
+        with pytest.raises(TypeError, match=r"^\w+\(\) got an unexpected keyword .* \(arguments: ") as error:
+            function(misspelt_=1)
+        assert str(error.value).startswith(f"{function.__name__}() got"), function
+
+
+def test_public_functions_pickle_and_keep_their_help():
+    for name in mdr.__all__:
+        function = getattr(mdr, name)
+        if inspect.isfunction(function):
+            assert pickle.loads(pickle.dumps(function)) is function
+            assert inspect.getdoc(function)
+            assert all(
+                one.kind is not one.VAR_KEYWORD for one in inspect.signature(function).parameters.values()
+            )
 
 
 def test_the_radius_of_a_field_is_called_r():

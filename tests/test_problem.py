@@ -516,13 +516,17 @@ SYMBOLS = [
 
 @pytest.mark.parametrize(("owner", "symbol", "name"), SYMBOLS)
 def test_symbols_are_refused_with_the_name_to_write(owner, symbol, name):
-    with pytest.raises(TypeError, match=f"{owner.__name__} has no argument '{symbol}'; write {name}="):
+    with pytest.raises(
+        TypeError, match=rf"^{owner.__name__}\(\) got .* '{symbol}'; write {name}= \(arguments: "
+    ):
         owner(**{symbol: 1.0})
     assert name in inspect.signature(owner).parameters
 
 
 def test_unknown_arguments_without_a_near_name_list_the_known():
-    with pytest.raises(TypeError, match="Sphere has no argument 'qqq'; it has radius"):
+    with pytest.raises(
+        TypeError, match=r"^Sphere\(\) got an unexpected keyword argument 'qqq' \(arguments: radius\)$"
+    ):
         mdr.Sphere(qqq=1.0)
     assert list(inspect.signature(mdr.Elastic).parameters)[:2] == ["young", "poisson"]
 

@@ -3,6 +3,20 @@
 Public names stand in ``__init__.pyi`` and are imported when they are first used, so that importing pymdr does no work.
 """
 
+from types import FunctionType as _Function
+from typing import Any as _Any
+
 import lazy_loader
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+_imported, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+
+
+def __getattr__(name: str) -> _Any:
+    """A public name; functions refuse unknown arguments, and pickle by this name."""
+    value = _imported(name)
+    if isinstance(value, _Function):
+        from pymdr.problem.options import with_known_arguments
+
+        value = globals()[name] = with_known_arguments(value)
+        value.__module__, value.__qualname__ = __name__, name
+    return value

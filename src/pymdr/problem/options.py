@@ -1,10 +1,11 @@
-"""Options of functions that take many keywords: in their signatures; unknown ones are refused."""
+"""Arguments of public functions and methods: unknown ones are refused with the nearest name; options are in the signatures."""
 
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from functools import wraps
+from types import FunctionType
 from typing import Any, TypeVar, cast
 
 from pymdr.problem.naming import nearest
@@ -12,26 +13,10 @@ from pymdr.problem.naming import nearest
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
-def with_options(options: type | None = None) -> Callable[[_Function], _Function]:
-    """
-    Refuse unknown keywords of a function; the keys of a TypedDict, if one is given, are the options of its ``**keywords``.
+def with_options(options: type) -> Callable[[_Function], _Function]:
+    """Show the keys of a TypedDict in the signature of a function in place of its ``**keywords``, for help and completion."""
 
-    ``help`` and completion show them; any other keyword raises a TypeError that names the function, the nearest argument
-    and all arguments.
-
-    Examples
-    --------
-    >>> from typing import TypedDict
-    >>> class Sizes(TypedDict, total=False):
-    ...     width: float | None
-    >>> @with_options(Sizes)
-    ... def draw(**sizes): ...
-    >>> draw(widht=1.0)
-    Traceback (most recent call last):
-    TypeError: draw() got an unexpected keyword argument 'widht'; write width= (arguments: width)
-    """
-
-    def decorated(function: _Function) -> _Function:
+    def documented(function: _Function) -> _Function:
         own = inspect.signature(function)
         kept = [one for one in own.parameters.values() if one.kind is not one.VAR_KEYWORD]
         added = [
@@ -41,26 +26,66 @@ def with_options(options: type | None = None) -> Callable[[_Function], _Function
                 default=None if "None" in str(hint) else ...,
                 annotation=hint,
             )
-            for name, hint in ({} if options is None else _hints(options)).items()
+            for name, hint in _hints(options).items()
         ]
-        signature = own.replace(parameters=[*kept, *added])
-        names = [name for name in signature.parameters if name != "self"]
+        function.__signature__ = own.replace(parameters=[*kept, *added])  # type: ignore[attr-defined]
+        return function
 
-        @wraps(function)
-        def checked(*args: Any, **keywords: Any) -> Any:
-            for name in keywords:
-                if name not in signature.parameters:
-                    near = nearest(name, names)
-                    words = f"; write {near[0]}=" if near else ""
-                    raise TypeError(
-                        f"{function.__name__}() got an unexpected keyword argument {name!r}{words} (arguments: {', '.join(names)})"
-                    )
-            return function(*args, **keywords)
+    return documented
 
-        checked.__signature__ = signature  # type: ignore[attr-defined]
-        return cast(_Function, checked)
 
-    return decorated
+def with_known_arguments(function: _Function) -> _Function:
+    """
+    The function, which refuses unknown keywords with a TypeError that names it, the nearest argument and all arguments.
+
+    All functions of the public face and all methods of :class:`Checked` are such.
+
+    Examples
+    --------
+    >>> @with_known_arguments
+    ... def draw(width=None): ...
+    >>> draw(widht=1.0)
+    Traceback (most recent call last):
+    TypeError: draw() got an unexpected keyword argument 'widht'; write width= (arguments: width)
+    """
+    parameters = inspect.signature(function).parameters
+    if any(one.kind is one.VAR_KEYWORD for one in parameters.values()):
+        return function
+    title = function.__qualname__.removesuffix(".__init__").rpartition(".")[2]
+
+    @wraps(function)
+    def known(*args: Any, **keywords: Any) -> Any:
+        if not keywords.keys() <= parameters.keys():
+            refuse_unknown(title, keywords, [name for name in parameters if name not in ("self", "cls")])
+        return function(*args, **keywords)
+
+    return cast(_Function, known)
+
+
+def refuse_unknown(title: str, keywords: Iterable[str], names: Sequence[str]) -> None:
+    """Raise a TypeError for the first keyword that is no name of an argument, with the nearest one."""
+    for name in keywords:
+        if name not in names:
+            near = nearest(name, names)
+            words = f"; write {near[0]}=" if near else ""
+            raise TypeError(
+                f"{title}() got an unexpected keyword argument {name!r}{words} (arguments: {', '.join(names)})"
+            )
+
+
+class Checked:
+    """Base of classes whose public methods refuse unknown arguments."""
+
+    def __init_subclass__(cls) -> None:
+        """Wrap the public methods that the class adds."""
+        super().__init_subclass__()
+        for name, entry in list(vars(cls).items()):
+            if name.startswith("_"):
+                continue
+            if isinstance(entry, FunctionType):
+                setattr(cls, name, with_known_arguments(entry))
+            elif isinstance(entry, classmethod | staticmethod):
+                setattr(cls, name, type(entry)(with_known_arguments(entry.__func__)))
 
 
 def _hints(options: type) -> dict[str, str]:

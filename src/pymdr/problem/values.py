@@ -14,7 +14,7 @@ from typing import Any, ClassVar, Self, overload
 import numpy as np
 
 from pymdr.errors import ProblemError, UnitError
-from pymdr.problem.naming import nearest
+from pymdr.problem.options import Checked, refuse_unknown
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_si, to_si_array, written
 
 
@@ -81,7 +81,7 @@ UnitError
 """
 
 
-class Value:
+class Value(Checked):
     """Base of the frozen problem dataclasses: compared and hashed by content.
 
     Subclasses are declared with ``@dataclass(frozen=True, eq=False)``.
@@ -91,7 +91,8 @@ class Value:
     __signature__ = _Signature()
 
     def __init_subclass__(cls) -> None:
-        """Document what quantity fields raise, in the help of classes that do not describe other errors."""
+        """Check arguments of methods; document what quantity fields raise, in the help of classes that do not describe other errors."""
+        super().__init_subclass__()
         text = inspect.cleandoc(cls.__dict__.get("__doc__") or "")
         entries = [entry for base in cls.__mro__ for entry in vars(base).values()]
         if "\nRaises\n" not in text and any(isinstance(entry, SIField) for entry in entries):
@@ -99,13 +100,8 @@ class Value:
 
     def __new__(cls, *args: Any, **keywords: Any) -> Self:
         """Refuse unknown arguments with the name that is meant."""
-        for name in keywords:
-            if name not in cls.__dataclass_fields__ and name not in (
-                known := list(cls.__signature__.parameters)
-            ):
-                near = nearest(name, known)
-                words = f"write {near[0]}=" if near else f"it has {', '.join(known)}"
-                raise TypeError(f"{cls.__name__} has no argument {name!r}; {words}")
+        if not keywords.keys() <= cls.__dataclass_fields__.keys():
+            refuse_unknown(cls.__name__, keywords, list(cls.__signature__.parameters))
         return super().__new__(cls)
 
     def _key(self) -> tuple[Any, ...]:

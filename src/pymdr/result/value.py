@@ -27,7 +27,7 @@ from pymdr.interpretation.peaks import largest_value
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim
 from pymdr.mapping.portable import portable, require_known
 from pymdr.problem.contact import Contact
-from pymdr.problem.options import with_options
+from pymdr.problem.options import Checked, with_options
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.profiles import ForceCurve
 from pymdr.quantities import POSITION, RADIUS, one_name, quantity
@@ -88,7 +88,7 @@ class Reading:
 
 
 @dataclass(frozen=True, eq=False)
-class Result:
+class Result(Checked):
     """
     The result of a solution.
 

@@ -14,6 +14,7 @@ from pymdr.interpretation.validity import Claim, approximated
 from pymdr.line.moved import Moved
 from pymdr.line.plane import PlaneContacts
 from pymdr.problem.contact import Contact, require_contact
+from pymdr.problem.options import with_known_arguments
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.values import within_range
 from pymdr.result import Status
@@ -143,6 +144,7 @@ class Stepper:
     _undoable: bool
     _several: bool
 
+    @with_known_arguments
     def __init__(
         self,
         contact: Contact,

@@ -15,6 +15,7 @@ from pymdr.errors import QuantityError
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim
 from pymdr.mapping.portable import portable
 from pymdr.problem.contact import Contact
+from pymdr.problem.options import Checked
 from pymdr.quantities import of_whole, one_name
 from pymdr.result import Claims
 from pymdr.units import FloatArray, from_si, good_unit, shown
@@ -42,7 +43,7 @@ class Column(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Answer:
+class Answer(Checked):
     """Data with claims, conditions and sources, and how they are shown and written."""
 
     data: xr.Dataset

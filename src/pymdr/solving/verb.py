@@ -12,7 +12,6 @@ from pymdr.errors import PathError, ProblemError
 from pymdr.independent.rings import Rings
 from pymdr.machine import memory_of_machine
 from pymdr.problem.contact import Contact, require_contact
-from pymdr.problem.options import with_options
 from pymdr.problem.paths import LoadingPath, named_channels
 from pymdr.problem.schedule import Progress, check_times, known_legs, planned, total_rows
 from pymdr.problem.values import within_range
@@ -23,7 +22,6 @@ from pymdr.solving.walk import Task
 from pymdr.units import QuantityLike, shown, to_si
 
 
-@with_options()
 def solve(
     contact: Contact,
     path: LoadingPath,

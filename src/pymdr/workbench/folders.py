@@ -7,16 +7,27 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TypedDict, Unpack
 
 from pymdr.errors import CaseError, FileError, PymdrError
 from pymdr.presentation.files import named_file
+from pymdr.problem.options import with_options
 from pymdr.solving.curves import MeasuredCurve
+from pymdr.units import QuantityLike
 from pymdr.workbench.curves import read_fittable_curves
 from pymdr.workbench.inputs import read_measured_text
 
 _LARGEST, _MOST_FILES = 50 * 2**20, 10_000
 _ZARR = ("zarr.json", ".zgroup", ".zmetadata", ".zattrs")
+
+
+class CurveOptions(TypedDict, total=False):
+    """Options of :func:`read_prepared_curves` that apply to every file."""
+
+    spring_constant: QuantityLike | None
+    sensitivity: QuantityLike | None
+    leave_out_missing: bool
+    keep_signs: bool | None
 
 
 @dataclass(frozen=True)
@@ -36,13 +47,14 @@ def is_zarr(folder: Path) -> bool:
     return any((folder / name).exists() for name in _ZARR)
 
 
+@with_options(CurveOptions)
 def read_curve_folder(
     folder: str | os.PathLike[str],
     *,
     groups: str | os.PathLike[str] | None = None,
     segment: str | None = None,
     whole: bool = False,
-    **options: Any,
+    **options: Unpack[CurveOptions],
 ) -> CurveFolder:
     r"""
     Read the force curves of a folder and of its subfolders.

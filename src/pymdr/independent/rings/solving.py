@@ -21,13 +21,14 @@ from pymdr.independent.rings.surfaces import (
     ring_displacement,
     valid_radii,
 )
+from pymdr.problem.values import Value
 from pymdr.units import metres
 
 _FULL_DISK: Zones = ((0.0, 1.0),)
 
 
-@dataclass(frozen=True)
-class Rings:
+@dataclass(frozen=True, eq=False)
+class Rings(Value):
     """
     Boundary elements on rings, as an option of ``solve``.
 

@@ -11,7 +11,6 @@ import numpy as np
 from pymdr.errors import ProblemError
 from pymdr.interpretation.validity import EXACT_WITHIN, Claim
 from pymdr.problem.contact import Contact, require_contact
-from pymdr.problem.options import with_options
 from pymdr.result import labelled
 from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.calibrations import with_uncertainty
@@ -60,7 +59,6 @@ class FitOptions(TypedDict, total=False):
     uncertainty: Mapping[str, QuantityLike] | None
 
 
-@with_options()
 def fit(
     contact: Contact,
     curve: MeasuredCurve | xr.Dataset | Sequence[MeasuredCurve] | Sequence[xr.Dataset],
