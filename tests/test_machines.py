@@ -300,6 +300,25 @@ def test_energy_in_is_energy_stored_and_dissipated(length, young, parts, slides)
     assert np.all(np.diff(dissipated) >= 0.0) if slides else not dissipated.any()
 
 
+def test_a_contact_that_slips_and_parts_within_a_step_takes_its_energy():
+    """Neither end of the step has a force: the work of slip between them brakes the slider."""
+    bodies = [mdr.Mass("z", 1e-3, 1e-9, -1e-2), mdr.Mass("x", 1e-3, 0, -1e-2)]
+    parting = mdr.Machine(bodies, [mdr.Joint(RUBBING, "z", "x")])
+    run = followed(parting, 1e-6, 1)
+    assert run.energies[-1, 4] > 0.0
+    assert residual(run) < 1e-14
+
+
+def test_strong_dampers_between_several_bodies_keep_the_balance():
+    """A spring of three bodies, whose damper stops their sum far within a step: sum a^2 / m = 3 / kg, rate 3e5 / s."""
+    bodies = [mdr.Mass(name, 1.0, velocity=speed) for name, speed in (("a", 1.0), ("b", 0.2), ("c", 0.5))]
+    run = followed(mdr.Machine(bodies, [mdr.Spring({"a": 1, "b": 1, "c": 1}, 1.0, 1e5)]), 1.0, 300)
+    assert run.outcome.name == "COMPLETE"
+    assert residual(run) < 1e-12
+    differences = np.diff(run.velocity, axis=1)
+    assert np.allclose(differences, [-0.8, 0.3], rtol=0, atol=1e-12)
+
+
 def test_a_machine_without_contacts():
     """x = sin(omega t) / omega, with a damper at a tenth of the critical one."""
     damped = mdr.Machine([mdr.Mass("bob", 1.0, velocity=1.0)], [mdr.Spring("bob", 1.0, 0.2)])

@@ -162,7 +162,18 @@ def _coefficients(system: System) -> Any:
         ends=np.column_stack([ends[:-1], ends[1:]]),
         scales=np.array(scales).reshape(-1, 3),
         slips=np.logical_and(joints.friction > 0.0, np.any(joints.tangential != 0.0, axis=1)),
+        first=_first_linked(system),
     )
+
+
+def _first_linked(system: System) -> Any:
+    """The first coordinate that each is linked to: the factor of the matrix of a step is 0 before it."""
+    n = system.mass.size
+    first = np.arange(n)
+    for arms in (*system.springs[:, 3:], *system.joints.normal, *system.joints.tangential):
+        among = np.flatnonzero(arms[:n])
+        first[among] = np.minimum(first[among], among[:1])
+    return first
 
 
 def _start(system: System) -> Any:
@@ -187,6 +198,8 @@ def _start(system: System) -> Any:
         vertices,
         np.zeros((joints, 2, TOP + 1)),
         np.zeros((4, n + driven.size)),
+        np.zeros((n, n)),
+        np.zeros(n),
         np.zeros((2, 4)),
     )
 

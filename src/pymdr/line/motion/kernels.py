@@ -22,7 +22,9 @@ _ITERATIONS = 60
 _SETTLED = 4e-16
 """Relative change of the velocities at which the iteration of a step has converged."""
 _STAGNANT = 1e-6
-"""Largest relative change at which an iteration that rounding stops has converged."""
+"""Largest relative change at which an iteration that rounding stops has converged: it no longer falls."""
+_ROUNDED = 1e-13
+"""Relative change that rounding explains, where a fall by less than a half is enough."""
 _SHORT = 1e-5
 """Work of a step over the stored energy, below which the trapezoidal rule is closer than a difference of energies."""
 
@@ -54,6 +56,8 @@ class Body(NamedTuple):
     """(j, 3) factors of the stacks to SI units."""
     slips: Any
     """(j,) whether the joint has friction."""
+    first: Any
+    """(n,) the first coordinate that is linked to each, or to one between them."""
 
 
 class State(NamedTuple):
@@ -73,6 +77,10 @@ class State(NamedTuple):
     """(j, 2, 6) of the stacks."""
     force: FloatArray
     """(4, n + m) mean force of the step, mean applied force, stiffness, and the sum of the sizes of all forces."""
+    factor: FloatArray
+    """(n, n) Cholesky factor of M + h C / 2 + h^2 K / 4 at the start of the step, below its diagonal from `first` on."""
+    residual: FloatArray
+    """(n,) momentum that the iteration of the step lacks."""
     sums: FloatArray
     """(2, 4) sums over the steps and their carries."""
 
@@ -146,7 +154,8 @@ def _respond(body: Body, state: State, j: int, depth: float, shift: float) -> No
 @fused.inlined
 def _mean(work: float, change: float, before: float, after: float, stored: float) -> float:
     """The mean force of a step from its work, or by the trapezoidal rule if rounding takes the difference of the energies."""
-    if abs(change) * max(abs(before), abs(after)) > _SHORT * stored:
+    # a contact that is made or lost within the step has no force at one end or both
+    if max(abs(work), abs(change) * max(abs(before), abs(after))) > _SHORT * stored:
         return work / change
     return 0.5 * (before + after)
 
@@ -198,22 +207,11 @@ def _pull_back(body: Body, state: State, h: float) -> int:
 
 @fused.merged
 def _apply(body: Body, state: State, t: float, h: float) -> None:
-    """The mean of the applied forces, the driven positions at the end, and the stiffness of every coordinate."""
+    """The mean of the applied forces, and the driven positions at the end."""
     n = body.mass.size
     position, force = state.position, state.force
     for i in range(position.shape[1]):
         force[1, i] = body.push[i] if i < n else 0.0
-        stiffness = 0.0
-        for s in range(body.springs.shape[0]):
-            arm = body.springs[s, 3 + i]
-            stiffness += arm * arm * (body.springs[s, 0] + 2.0 * body.springs[s, 1] / h)
-        for j in range(body.normal.shape[0]):
-            arm, across = body.normal[j, 1 + i], body.tangential[j, i]
-            ratio = body.scales[j, stack.FORCE_SCALE] / body.scales[j, stack.SHIFT_SCALE]
-            squares = arm * arm + across * across * ratio
-            modulus = body.lines[body.ends[j, 0], stack.MODULUS]
-            stiffness += 2.0 * squares * modulus * state.joints[j, 0, layout.RADIUS]
-        force[2, i] = stiffness
     middle, end = t + 0.5 * h, t + h
     for k in range(body.force_waves.shape[0]):
         i = int(body.force_waves[k, 0])
@@ -227,6 +225,61 @@ def _apply(body: Body, state: State, t: float, h: float) -> None:
         position[1, n + i] += body.drive_waves[k, 1] * math.sin(
             body.drive_waves[k, 2] * end + body.drive_waves[k, 3]
         )
+
+
+@fused.inlined
+def _stiffen(body: Body, state: State, arms: FloatArray, row: int, first: int, stiffness: float) -> None:
+    """Add h^2 / 4 of a stiffness along a row of coefficients, from a column on, to the matrix of the step."""
+    for i in range(body.mass.size):
+        arm = arms[row, first + i]
+        if arm != 0.0:
+            state.force[2, i] += stiffness * arm * arm
+            for k in range(body.first[i], i + 1):
+                state.factor[i, k] += stiffness * arm * arms[row, first + k]
+
+
+@fused.merged
+def _factorize(body: Body, state: State, h: float) -> None:
+    """Cholesky's factor of the matrix of the step, M + h C / 2 + h^2 K / 4."""
+    n, factor = body.mass.size, state.factor
+    for i in range(n):
+        state.force[2, i] = 0.0
+        for k in range(body.first[i], i):
+            factor[i, k] = 0.0
+        factor[i, i] = body.mass[i]
+    for s in range(body.springs.shape[0]):
+        stiffness = 0.25 * h * h * body.springs[s, 0] + 0.5 * h * body.springs[s, 1]
+        _stiffen(body, state, body.springs, s, 3, stiffness)
+    for j in range(body.normal.shape[0]):
+        stiffness = (
+            0.5 * h * h * body.lines[body.ends[j, 0], stack.MODULUS] * state.joints[j, 0, layout.RADIUS]
+        )
+        if stiffness > 0.0:
+            _stiffen(body, state, body.normal, j, 1, stiffness)
+            if body.slips[j]:
+                ratio = body.scales[j, stack.FORCE_SCALE] / body.scales[j, stack.SHIFT_SCALE]
+                _stiffen(body, state, body.tangential, j, 0, stiffness * ratio)
+    for i in range(n):
+        for k in range(body.first[i], i + 1):
+            rest = factor[i, k]
+            for p in range(max(body.first[i], body.first[k]), k):
+                rest -= factor[i, p] * factor[k, p]
+            factor[i, k] = rest / factor[k, k] if k < i else math.sqrt(rest)
+
+
+@fused.inlined
+def _correct(body: Body, state: State) -> None:
+    """Change the velocities at the end by the inverse of the matrix of the step times the residual."""
+    n, factor, rest = body.mass.size, state.factor, state.residual
+    for i in range(n):
+        for k in range(body.first[i], i):
+            rest[i] -= factor[i, k] * rest[k]
+        rest[i] /= factor[i, i]
+    for i in range(n - 1, -1, -1):
+        rest[i] /= factor[i, i]
+        for k in range(body.first[i], i):
+            rest[k] -= factor[i, k] * rest[i]
+        state.velocity[1, i] += rest[i]
 
 
 @fused.inlined
@@ -275,6 +328,7 @@ def step(body: Body, state: State, t: float, h: float) -> int:
         if state.memory[j, BEFORE, stack.TOP] > state.vertices.shape[2] - 4:
             return layout.STACK_FULL
     _apply(body, state, t, h)
+    _factorize(body, state, h)
     position, velocity, force = state.position, state.velocity, state.force
     for i in range(n):
         velocity[1, i] = velocity[0, i] + velocity[2, i]
@@ -285,17 +339,20 @@ def step(body: Body, state: State, t: float, h: float) -> int:
         code = _pull_back(body, state, h)
         if code != layout.COMPLETE:
             return code
+        for i in range(n):
+            state.residual[i] = body.mass[i] * (velocity[0, i] - velocity[1, i]) + h * force[0, i]
+        _correct(body, state)
         change = 0.0
         for i in range(n):
-            gain = h / body.mass[i] * force[0, i]
-            correction = velocity[0, i] + gain - velocity[1, i]
-            correction /= 1.0 + 0.25 * h * h * force[2, i] / body.mass[i]
-            velocity[1, i] += correction
-            rounded = force[3, i] + force[2, i] * abs(position[0, i])
-            size = abs(velocity[0, i]) + h / body.mass[i] * rounded
-            if abs(correction) > change * size:
-                change = abs(correction) / size if size > 0.0 else math.inf
-        if change <= _SETTLED or (change <= _STAGNANT and change >= 0.5 * last):
+            correction = abs(state.residual[i])
+            # h k = 4 (h^2 k / 4) / h
+            rounded = h * force[3, i] + 4.0 / h * force[2, i] * abs(position[0, i])
+            size = abs(velocity[0, i]) + rounded / body.mass[i]
+            if correction > change * size:
+                change = correction / size if size > 0.0 else math.inf
+        if change <= _SETTLED or (
+            change <= _STAGNANT and change >= (0.5 if change <= _ROUNDED else 1.0) * last
+        ):
             _accept(body, state, h)
             return layout.COMPLETE
         last = change
