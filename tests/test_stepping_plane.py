@@ -1,11 +1,13 @@
 """Steps in the plane: the rows of springs, the stack along a line, small increments, work, tangent stiffness, turned frames."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.integrate import quad
 from tests.drawing import examples
 
 import pymdr as mdr
@@ -232,3 +234,45 @@ def test_without_friction_nothing_is_carried_in_any_plane(seed):
             assert not np.any(getattr(plane, name)), name
             assert getattr(line, name) == 0.0, name
         assert plane.shift.tolist() == u
+
+
+@pytest.mark.parametrize(
+    ("load", "angle"),
+    [
+        (0.999, 0.03),
+        (0.3, 1.2),
+        (1e-4, 1.5),
+        (-1e-3, 0.03),
+        (-1e-3, 1.5),
+        (-1.0, 3.1),
+        (-30.0, 0.5),
+        (-30.0, 3.1),
+    ],
+)
+def test_long_slip_of_a_turning_spring_under_a_changing_load(load, angle):
+    """All springs of a flat punch are one: m dtheta = -sin(theta) ds, and the slip work by quadrature."""
+    punch = mdr.Contact(mdr.FlatPunch("1 mm"), STEEL, STEEL, friction=mdr.Coulomb(0.3))
+    moduli, depth = mdr.effective_moduli(STEEL, STEEL), 1e-6
+    reach = 0.3 * moduli.normal / moduli.tangential * depth
+    stepper = mdr.Stepper(punch, 1e3 * depth, springs=8)
+    stepper.advance(depth)
+    stepper.advance(depth, (1e3 * reach * math.cos(angle), 1e3 * reach * math.sin(angle)))
+    before, (x, y) = stepper.dissipated_energy, stepper.shift
+    length = 0.9 / abs(load) if load < 0.0 else 50.0
+    stepper.advance(depth * (1.0 + load * length), (x + length * reach, y))
+
+    # v = log(tan(theta / 2)) falls by ds / m; slip cos(theta) ds - dm of the limit m, cos(theta) = -tanh(v)
+    start = math.log(math.tan(0.5 * angle))
+    fall = math.log1p(load * length) / load
+    places = [start - fall, *(p for p in (-10.0, 0.0) if start - fall < p < start), start]
+    work = sum(
+        quad(
+            lambda v: (-math.tanh(v) - load) * math.exp(2.0 * load * (start - v)),
+            *ends,
+            epsabs=0.0,
+            epsrel=1e-12,
+        )[0]
+        for ends in pairwise(places)
+    )
+    expected = 2e-3 * 0.3 * moduli.normal * depth * reach * work
+    assert stepper.dissipated_energy - before == pytest.approx(expected, rel=1e-10)

@@ -14,12 +14,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial.legendre import leggauss
 
 from pymdr.compiling import Fused
+from pymdr.line.plane.turning import slip_integrals
 from pymdr.units import FloatArray
 
-_NODES = tuple((0.5 * (float(x) + 1.0), 0.5 * float(w)) for x, w in zip(*leggauss(8), strict=True))
 _SHORT = 0.03
 """Largest slip in units of the limit that is integrated by Simpson's rule: relative error 5e-9 of the lost part."""
 _STICKS = 1e-12
@@ -77,35 +76,6 @@ def move_of(x: float, y: float, before: float, after: float) -> Move:
     if length > 0.0:
         return Move(x, y, length, x / length, y / length, before, after)
     return Move(0.0, 0.0, 0.0, 1.0, 0.0, before, after)
-
-
-@inner
-def slip_integrals(tau: float, start: float, forward: bool, m: float, alpha: float) -> tuple[float, float]:
-    """
-    Integrals of (1 - cos(theta)) m^k dtau over a slip, for k = 1 and 2, by Gauss's rule.
-
-    `start` is tan(theta_0 / 2)^2 if `forward`, else its inverse; m grows as exp(alpha tau).
-    """
-    if forward:
-        tau = min(tau, 21.0 + 0.5 * math.log(start)) if start > 1e-18 else 0.0
-    elif start > 0.0:
-        tau = min(tau, 21.0 - 0.5 * math.log(start))
-    if alpha < 0.0:
-        tau = min(tau, -40.0 / alpha)
-    first = second = 0.0
-    if not tau > 0.0:
-        return first, second
-    panels = 1 + int(tau * max(1.0, abs(alpha)))
-    width = tau / panels
-    for panel in range(panels):
-        for node, weight in _NODES:
-            at = width * (panel + node)
-            turned = start * math.exp(-2.0 * at) if forward else start * math.exp(2.0 * at)
-            share = 2.0 * turned / (1.0 + turned) if forward else 2.0 / (1.0 + turned)
-            limit = m * math.exp(alpha * at)
-            first += width * weight * share * limit
-            second += width * weight * share * limit * limit
-    return first, second
 
 
 @inlined
@@ -228,9 +198,7 @@ def slipped(x: float, y: float, move: Move, length: float, low: float, high: flo
         first = tau / 3.0 * (low * before + 4.0 * math.sqrt(low * high) * middle + high * after)
         second = tau / 3.0 * (low * low * before + 4.0 * low * high * middle + high * high * after)
     else:
-        forward = along >= 0.0
-        ratio = far / near if forward else near / far
-        first, second = slip_integrals(tau, ratio, forward, low, (high - low) / length)
+        first, second = slip_integrals(tau, near, far, low, (high - low) / length)
     slid = max(length - first - (high - low), 0.0)
     work = max(0.5 * (low + high) * (length - (high - low)) - second, 0.0)
     cosine, sine = high * (near - end) / whole, high * 2.0 * turn * across / whole
