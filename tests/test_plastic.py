@@ -273,6 +273,42 @@ def test_loads_with_adhesion_are_met_where_depths_have_these_forces():
     assert pulled["contact_radius"].values[1] >= pulled["contact_radius"].values[2] > 0.0
 
 
+@pytest.mark.parametrize("stiffness", [1e4, 2e6, 1e10])
+def test_travel_and_tension_are_followed_to_their_folds(stiffness):
+    """The states of prescribed indentations up to the least travel or force among them, and none below."""
+    contact = mdr.Contact(
+        mdr.Sphere("1 mm"), mdr.ElasticPlastic("1 GPa", 0.3, "20 MPa"), adhesion=mdr.JKR("200 J/m^2")
+    )
+    depth = np.concatenate([[60e-6], np.linspace(60e-6, 28e-6, 2001)[1:]])
+    known = mdr.solve(contact, mdr.Path(indentation=depth))
+    force, radius = known["normal_force"].values, known["contact_radius"].values
+    attached = radius > 0.0
+    travel = depth + force / stiffness
+    fold = int(np.where(attached, travel, math.inf).argmin())
+    assert 0 < fold <= np.flatnonzero(attached)[-1]
+    rows = np.append(travel[: fold + 1 : 50], [travel[fold] - 1e-3 * abs(travel[fold]), travel[0]])
+    pulled = mdr.solve(contact, mdr.Path(travel=rows), machine_stiffness=stiffness)
+    for name in ("indentation", "normal_force", "contact_radius", "dissipated_energy"):
+        assert pulled[name].values[:-2] == pytest.approx(
+            known[name].values[: fold + 1 : 50], rel=1e-9, abs=1e-9 * np.abs(known[name].values).max()
+        )
+    assert pulled["contact_radius"].values[-2] == 0.0 == pulled["normal_force"].values[-2]
+    assert pulled["indentation"].values[-2] == rows[-2]
+    assert pulled["normal_force"].values[-1] == pytest.approx(force[0], rel=1e-9)
+    # the work of the travel up to the fold is stored and dissipated, and all is dissipated after it
+    done = np.sum(0.5 * np.diff(travel[: fold + 1]) * (force[1 : fold + 1] + force[:fold]))
+    lost = float(pulled["external_work"][-2] - pulled["external_work"][0])
+    assert lost == pytest.approx(done, abs=2e-3 * float(pulled["external_work"][0]))
+    assert float(pulled["elastic_energy"][-2]) == 0.0
+    least = int(force.argmin())
+    held = mdr.solve(contact, mdr.Path(normal_force=np.append(force[: least + 1 : 50], force[least] * 1.001)))
+    assert held["indentation"].values[:-1] == pytest.approx(depth[: least + 1 : 50], rel=1e-9)
+    assert np.isnan(held["indentation"].values[-1])
+    assert "does not hold the prescribed tension" in held.summary()
+    assert held.claims["normal_force"].where.tolist() == [True] * (held.data.sizes["step"] - 1) + [False]
+    assert float(held["dissipated_energy"][-1]) > float(held["dissipated_energy"][-2])
+
+
 STICKY = mdr.Contact(
     mdr.Sphere("1 mm"), mdr.ElasticPlastic("1 GPa", 0.3, "20 MPa"), adhesion=mdr.JKR("20 J/m^2")
 )
@@ -424,20 +460,6 @@ BAD = [
     (lambda: mdr.verify(BALL, mdr.indent("1 um")), "no independent solver"),
     (lambda: mdr.effective_moduli(COPPER, mdr.Rigid()), "largest indentation"),
     (lambda: mdr.export_law(BALL, "1 um"), "export_law: .* largest indentation; use Stepper"),
-    (
-        lambda: mdr.solve(
-            mdr.Contact(mdr.Sphere(1.0), COPPER, adhesion=mdr.JKR(1.0)),
-            mdr.travel("1 um"),
-            machine_stiffness="1 kN/m",
-        ),
-        "prescribed indentation or force",
-    ),
-    (
-        lambda: mdr.solve(
-            mdr.Contact(mdr.Sphere(1.0), COPPER, adhesion=mdr.JKR(1.0)), mdr.load("1 N") >> mdr.load("-1 N")
-        ),
-        r"then pull with indent\(...\)",
-    ),
     (
         lambda: mdr.solve(mdr.Contact(mdr.Sphere(1.0), COPPER, adhesion=mdr.JKR(1.0)), mdr.load("1 TN")),
         "0.9 of the radius",

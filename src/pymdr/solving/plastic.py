@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, NoReturn
 
@@ -20,7 +20,6 @@ from pymdr.line.plastic import (
     Ellipse,
     GrowingBall,
     Growth,
-    depth_at_force,
     follow_edge,
     start_of_edge,
 )
@@ -129,29 +128,22 @@ def _step(
     adhesion = task.contact.adhesion
     if compliance == 0.0:
         d, largest = targets, np.maximum(np.maximum.accumulate(targets), state.largest)
-    elif adhesion is None:
-        d, largest = ball.follow(targets, compliance, state.largest)
-    elif stretch.by_force:
-        d, largest = _under_loads(ball, adhesion.work, targets, state)
     else:
-        raise PathError(
-            f"the path prescribes {stretch.controls.normal}, but adhesion of a body that yields is followed under a prescribed "
-            "indentation or force only; use indent(...) or load(...)"
+        d, largest = ball.follow(
+            np.maximum(targets, 0.0) if stretch.by_force else targets, compliance, state.largest
         )
     if np.max(largest) > DEEPEST * ball.radius:
         _refuse_too_deep(ball, stretch, targets)
-    force, radius = ball.force(d, largest), ball.contact_radius(d, largest)
-    energy, dissipated, edge = ball.elastic_energy(d, largest), np.zeros(d.shape), state.edge
-    if adhesion is not None:
-        rows, edge = follow_edge(ball, adhesion.work, d, largest, state.edge)
-        force, radius, energy, dissipated = (
-            rows.force,
-            rows.contact_radius,
-            rows.elastic_energy,
-            rows.dissipated,
-        )
+    edge, dissipated = state.edge, np.zeros(d.shape)
+    if adhesion is None:
+        force, radius = ball.force(d, largest), ball.contact_radius(d, largest)
+        energy, stiffness = ball.elastic_energy(d, largest), ball.stiffness(d, largest)
+    else:
+        followed, edge = follow_edge(ball, adhesion.work, d, largest, state.edge, targets, compliance)
+        d, radius, force, energy, dissipated = followed
+        stiffness = 2.0 * ball.modulus * radius / ball.scale(largest)
     if stretch.by_force:
-        force = targets
+        force = np.where(np.isnan(d), math.nan, targets)
     before = np.append(state.largest, largest[:-1])
     here = channels_at(float(d[-1]), float(force[-1]), task.machine_stiffness)
     result = _Rows(
@@ -161,32 +153,12 @@ def _step(
         radius,
         np.full(d.shape, ball.radius),
         ball.residual(largest),
-        np.where(radius > 0.0, 2.0 * ball.modulus * radius / ball.scale(largest), 0.0)
-        if adhesion is not None
-        else ball.stiffness(d, largest),
+        stiffness,
         energy,
-        energy + ball.dissipation(largest) + dissipated,
+        np.where(np.isnan(d), 0.0, energy) + ball.dissipation(largest) + dissipated,
         ball.yielded(largest) * (largest > before),
     )
     return result, _State(float(largest[-1]), edge), here
-
-
-def _under_loads(ball: Ball, work: float, forces: FloatArray, state: _State) -> tuple[FloatArray, FloatArray]:
-    """Indentations and largest indentations in m under forces in N, of a ball that adheres."""
-    if np.min(forces) < 0.0:
-        raise PathError(
-            f"normal_force = {newtons(float(np.min(forces)))}: the tension of a body that yields is followed under a prescribed indentation "
-            "only; unload to 0 N with load(...), then pull with indent(...)"
-        )
-    rows, most, edge = np.full((2, forces.size), math.inf), state.largest, state.edge
-    for row, force in enumerate(forces.tolist()):
-        d = depth_at_force(ball, work, force, most, edge)
-        if not math.isfinite(d):
-            break
-        most = max(most, d)
-        rows[:, row] = d, most
-        _, edge = follow_edge(ball, work, np.array([d]), np.array([most]), edge)
-    return rows[0], rows[1]
 
 
 def _grow(
@@ -244,7 +216,9 @@ def _with_claims(task: Task, ball: Ball, walked: Walked[_Rows]) -> tuple[Walked[
     body = contact.plastic
     assert body is not None
     machine = task.machine_stiffness or math.inf
-    work = rows.external_work + (0.0 if math.isinf(machine) else rows.normal_force**2 / (2.0 * machine))
+    work = rows.external_work + (
+        0.0 if math.isinf(machine) else np.nan_to_num(rows.normal_force) ** 2 / (2.0 * machine)
+    )
     columns = with_travel(
         task,
         {
@@ -256,7 +230,7 @@ def _with_claims(task: Task, ball: Ball, walked: Walked[_Rows]) -> tuple[Walked[
             "normal_stiffness": rows.normal_stiffness,
             "mean_pressure": mean_pressure(rows.normal_force, rows.contact_radius),
             "elastic_energy": rows.elastic_energy,
-            "dissipated_energy": rows.external_work - rows.elastic_energy,
+            "dissipated_energy": rows.external_work - np.nan_to_num(rows.elastic_energy),
             "external_work": work,
             "yielding": rows.yielding,
         },
@@ -264,7 +238,11 @@ def _with_claims(task: Task, ball: Ball, walked: Walked[_Rows]) -> tuple[Walked[
     if not body.apparent_radius:
         del columns["apparent_radius"]
     claims = plastic_claims(body, contact.adhesion is not None, prescribed_rows(task), rows.indentation.size)
-    claims = {name: claim for name, claim in claims.items() if name in columns or not claim.readable}
+    claims = {
+        name: replace(claim, where=~np.isnan(columns[name])) if name in columns else claim
+        for name, claim in claims.items()
+        if name in columns or not claim.readable
+    }
     yielded = bool(np.any(rows.residual_indentation > 0.0))
     notes: tuple[str, ...] = ()
     if not yielded:
@@ -272,6 +250,9 @@ def _with_claims(task: Task, ball: Ball, walked: Walked[_Rows]) -> tuple[Walked[
         if math.isfinite(ball.yield_depth):
             first = f"the ball yields from an indentation of {metres(ball.yield_depth)} on"
         notes = (first,)
+    if (lost := np.isnan(rows.indentation)).any():
+        row = int(lost.argmax())
+        notes += (f"pulled off at row {row}: the contact does not hold the prescribed tension",)
     return walked, Interpretation(
         columns=columns,
         claims=claims,

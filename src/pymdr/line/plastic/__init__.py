@@ -3,7 +3,6 @@
 from pymdr.line.plastic.adhesion import (
     Edge,
     Parting,
-    depth_at_force,
     follow_edge,
     parting_from,
     start_of_edge,
@@ -23,7 +22,6 @@ __all__ = [
     "Growth",
     "Parting",
     "YieldingContacts",
-    "depth_at_force",
     "follow_edge",
     "parting_from",
     "start_of_edge",

@@ -14,9 +14,6 @@ from pymdr.line.plastic.ellipse import Ellipse
 from pymdr.numerics.roots import roots_of
 from pymdr.units import FloatArray
 
-_ABOVE_FOLD = 1e-6
-"""Distance from the separation at which a search begins, over that to the largest indentation."""
-
 
 @dataclass(frozen=True)
 class Edge:
@@ -37,24 +34,32 @@ class Edge:
 
     @property
     def critical_radius(self) -> float:
-        """The radius in m at which the bodies separate, where the opening is least."""
+        """The radius in m at which the bodies separate under a prescribed indentation, where the opening is least."""
+        return self.critical_radius_at(0.0)
+
+    def critical_radius_at(self, softness: float) -> float:
+        """
+        The radius in m at which the bodies separate, where the control is least while the edge recedes.
+
+        Parameters
+        ----------
+        softness : float
+            E_eff times the compliance of the machine over the scale of the indentation, in 1/m; inf under a prescribed force.
+
+        Notes
+        -----
+        a g'(a) is the elongation of the edge times 3/2 - 1 / (1 + 2 q a), with the softness q: 1/2 under a prescribed indentation.
+        """
         half, slope = 0.5 * float(self.line.width), float(self.line.height / self.line.width)
-        factor = math.sqrt(0.5 * math.pi * self.work / self.line.modulus)
+        elongation = math.sqrt(2.0 * math.pi * self.work / self.line.modulus)
 
         def steeper(t: float) -> float:
-            # g' sqrt(a) against the derivative of the elongation, a = (B/2) sin t
-            return float(slope * math.sin(t) ** 1.5 * math.sqrt(half) - factor * math.cos(t))
+            # a = (B/2) sin t
+            sine = math.sin(t)
+            part = 1.5 - 1.0 / (1.0 + 2.0 * softness * half * sine) if sine > 0.0 else 0.5
+            return float(slope * sine**1.5 * math.sqrt(half) - part * elongation * math.cos(t))
 
         return half * math.sin(float(scipy.optimize.brentq(steeper, 0.0, 0.5 * math.pi, xtol=1e-16)))
-
-    def receded(self, a: float, d: float) -> float:
-        """The radius in m to which the edge recedes from another at an indentation d of the line in m; 0 if separated."""
-        if d >= self.opening(a):
-            return a
-        least = self.critical_radius
-        if a <= least or d < self.opening(least):
-            return 0.0
-        return float(scipy.optimize.brentq(lambda r: self.opening(r) - d, least, a, xtol=1e-15 * a))
 
     def force(self, d: float, a: float) -> float:
         """The force F(g(a)) + 2 E_eff (d - g(a)) a in N."""
@@ -71,8 +76,10 @@ class Edge:
 
 
 class EdgeRows(NamedTuple):
-    """Rows of a contact whose edge may be stretched."""
+    """Rows of a contact whose edge may be stretched; NaN where a prescribed tension pulled the bodies off."""
 
+    depth: FloatArray
+    """Indentation in m."""
     contact_radius: FloatArray
     """In m."""
     force: FloatArray
@@ -88,78 +95,115 @@ def start_of_edge() -> tuple[float, float]:
     return 0.0, 0.0
 
 
+@dataclass(frozen=True)
+class _Pull:
+    """What holds an edge: its line at one largest indentation, and the control."""
+
+    edge: Edge
+    residual: float
+    """Indentation in m at which the line begins."""
+    scale: float
+    """Indentation per indentation of the line."""
+    compliance: float | None
+    """Of the machine in m/N; None for prescribed forces."""
+
+    def control(self, d: float, a: float) -> float:
+        """The control, a travel in m or a force in N, at an indentation d of the line in m and a radius in m."""
+        force = self.edge.force(d, a)
+        return force if self.compliance is None else self.residual + self.scale * d + self.compliance * force
+
+    def at_rest(self, target: float, a: float) -> float:
+        """The indentation of the line in m where the edge rests at a radius in m: the control is linear in it."""
+        g, stiffness = float(self.edge.line.depth(np.array(a))), 2.0 * self.edge.line.modulus * a
+        rate = stiffness if self.compliance is None else self.scale + self.compliance * stiffness
+        return g + (target - self.control(g, a)) / rate
+
+    def last(self, a: float) -> float:
+        """The radius in m to which the edge recedes before the bodies separate."""
+        softness = math.inf
+        if self.compliance is not None:
+            softness = self.edge.line.modulus * self.compliance / self.scale
+        return min(a, self.edge.critical_radius_at(softness))
+
+    def receded(self, target: float, a: float) -> tuple[float, float]:
+        """The indentation of the line and the radius in m where the edge rests or recedes to; a radius of 0 if separated."""
+        d = self.at_rest(target, a)
+        if d >= self.edge.opening(a):
+            return d, a
+
+        def missing(r: float) -> float:
+            return self.control(self.edge.opening(r), r) - target
+
+        last = self.last(a)
+        if last == a or missing(last) > 0.0:
+            return d, 0.0
+        r = float(scipy.optimize.brentq(missing, last, a, xtol=1e-15 * a, rtol=1e-14))
+        return self.edge.opening(r), r
+
+    def loss(self, a: float, receded: float) -> float:
+        """The energy in J that the edge takes on its way between two radii in m; a jump to separation takes that of springs and machine."""
+        last = receded if receded > 0.0 else self.last(a)
+        spent = self.scale * self.edge.work * math.pi * (a - last) * (a + last)
+        if receded == 0.0:
+            d = self.edge.opening(last)
+            machine = 0.5 * (self.compliance or 0.0) * self.edge.force(d, last) ** 2
+            spent += self.scale * self.edge.energy(d, last) + machine
+        return spent
+
+
 def follow_edge(
-    ball: Ball, work: float, d: FloatArray, largest: FloatArray, before: tuple[float, float]
+    ball: Ball,
+    work: float,
+    d: FloatArray,
+    largest: FloatArray,
+    before: tuple[float, float],
+    targets: FloatArray | None = None,
+    compliance: float | None = 0.0,
 ) -> tuple[EdgeRows, tuple[float, float]]:
     """
-    Follow the edge along indentations.
+    Follow the edge along rows.
 
     Parameters
     ----------
     work : float
         Work of adhesion in J/m^2.
     d, largest : ndarray
-        Indentations and largest indentations in m, row by row.
+        Indentations and largest indentations in m, row by row, that the control has without adhesion.
     before : tuple of float
         Contact radius in m and dissipated energy in J before.
+    targets : ndarray, optional
+        Forces in N or travels in m; by default the indentations.
+    compliance : float or None
+        Of the machine in m/N, 0 for prescribed indentations; None for prescribed forces.
 
     Returns
     -------
     rows, after
     """
-    lines, within = ball.line(largest), ball.line_depth(d, largest)
-    scales, pressed = ball.scale(largest), ball.contact_radius(d, largest)
-    rows = np.zeros((4, d.size))
+    lines, residual, scales = ball.line(largest), ball.residual(largest), ball.scale(largest)
+    within, pressed = ball.line_depth(d, largest), ball.contact_radius(d, largest)
+    rows, targets = np.zeros((5, d.size)), d if targets is None else targets
     a, dissipated = before
-    for i in range(d.size):
+    for i, target in enumerate(targets.tolist()):
         edge = Edge(Ellipse(lines.height[i], lines.width[i], lines.modulus), work)
-        depth, scale = float(within[i]), float(scales[i])
+        depth, at = float(within[i]), float(d[i])
         if a > pressed[i]:
-            receded = edge.receded(a, depth)
+            pull = _Pull(edge, float(residual[i]), float(scales[i]), compliance)
+            depth, receded = pull.receded(target, a)
             if receded < a:
-                # the edge takes the work of adhesion; a jump to separation loses the energy of the springs
-                last = receded if receded > 0.0 else min(edge.critical_radius, a)
-                dissipated += scale * work * math.pi * (a - last) * (a + last)
-                if receded == 0.0:
-                    dissipated += scale * edge.energy(edge.opening(last), last)
-                a = receded
-        a = max(a, float(pressed[i]))
+                dissipated += pull.loss(a, receded)
+            a = receded
+            if a > 0.0 and compliance != 0.0:
+                at = pull.residual + pull.scale * depth
+        else:
+            a = float(pressed[i])
         if a > 0.0:
-            rows[:3, i] = a, edge.force(depth, a), scale * edge.energy(depth, a)
-        rows[3, i] = dissipated
+            rows[:, i] = at, a, edge.force(depth, a), scales[i] * edge.energy(depth, a), dissipated
+        elif compliance is None and target < 0.0:
+            rows[:, i] = *(math.nan,) * 4, dissipated
+        else:
+            rows[:, i] = at, 0.0, 0.0, 0.0, dissipated
     return EdgeRows(*rows), (a, dissipated)
-
-
-def depth_at_force(
-    ball: Ball, work: float, target: float, largest: float, before: tuple[float, float]
-) -> float:
-    """
-    The indentation in m at a force in N of at least 0, after a largest indentation in m; inf where 0.9 R does not suffice.
-
-    The force rises with the indentation on every branch at rest, and where the edge recedes down to the fold of force control, at which
-    it is negative.
-
-    Parameters
-    ----------
-    work : float
-        Work of adhesion in J/m^2.
-    before : tuple of float
-        As in :func:`follow_edge`.
-    """
-    pressed, most = ball.follow(np.array([target]), None, largest)
-    if before[0] == 0.0 or float(most[0]) > largest:
-        return float(pressed[0])
-    at = np.array(largest)
-    edge = Edge(ball.line(at), work)
-    least = edge.opening(min(edge.critical_radius, before[0]))
-    low = float(ball.residual(at) + ball.scale(at) * least)
-    low += _ABOVE_FOLD * (largest - low)
-
-    def missing(d: float) -> float:
-        rows, _ = follow_edge(ball, work, np.array([d]), at[None], before)
-        return float(rows.force[0]) - target
-
-    return float(scipy.optimize.brentq(missing, low, largest, xtol=1e-15 * largest, rtol=1e-14))
 
 
 class Parting(NamedTuple):
@@ -210,7 +254,7 @@ class Parting(NamedTuple):
         stretch, force = within - g, line.force(g)
         energy = line.energy(g) + stretch * (force + modulus * a * stretch)
         spent = math.pi * work * (self.radius - a) * (self.radius + a)
-        return EdgeRows(a, force + 2.0 * modulus * stretch * a, scale * energy, scale * spent)
+        return EdgeRows(d, a, force + 2.0 * modulus * stretch * a, scale * energy, scale * spent)
 
 
 def parting_from(ball: Ball, work: float, largest: float) -> Parting:
