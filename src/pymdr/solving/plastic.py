@@ -250,8 +250,8 @@ def _with_claims(task: Task, ball: Ball, walked: Walked[_Rows]) -> tuple[Walked[
         if math.isfinite(ball.yield_depth):
             first = f"the ball yields from an indentation of {metres(ball.yield_depth)} on"
         notes = (first,)
-    if (lost := np.isnan(rows.indentation)).any():
-        row = int(lost.argmax())
+    if (released := np.isnan(rows.indentation)).any():
+        row = int(released.argmax())
         notes += (f"pulled off at row {row}: the contact does not hold the prescribed tension",)
     return walked, Interpretation(
         columns=columns,
