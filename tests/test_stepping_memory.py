@@ -130,6 +130,43 @@ def test_steps_under_a_cohesive_zone_are_those_of_solve():
     assert np.sum(np.transpose(rows)[-1]) == 3.0
 
 
+def test_steps_under_a_short_range_are_those_of_solve():
+    law = mdr.JKR("0.2 J/m^2", range="50 nm")
+    contact = mdr.Contact(mdr.Sphere("10 mm"), STICKY.body, adhesion=law)
+    depth = 1e-5 * np.array([-1.0, 0.0, 1.0, 2.0, 3.0, 3.0, 2.0, 2.0, 1.0, 0.9, -8.0, -20.0])
+    lasting = np.array([0.5, 1.0, 2.0, 2.0, 1.0, 4.0, 0.5, 2.0, 1.0, 0.5, 0.25, 0.25])
+    stepper, rows = mdr.Stepper(contact, "40 um"), []
+    names = ("normal_force", "contact_radius", "elastic_energy", "surface_energy", "dissipated_energy")
+    names += ("jumped",)
+    for d, t in zip(depth.tolist(), lasting.tolist(), strict=True):
+        stepper.advance(d + 3e-6, duration=2.0 * t)
+        stepper.undo()
+        stepper = stepper.copy()
+        stepper.advance(d, duration=t)
+        rows.append([getattr(stepper, name) for name in names])
+    result = mdr.solve(contact, mdr.Path(time=np.cumsum(lasting), indentation=depth))
+    for name, column in zip(names, np.transpose(rows), strict=True):
+        exact = result[name].values
+        assert column == pytest.approx(exact, abs=1e-13 * np.abs(exact).max())
+    assert stepper.status is result.status is mdr.Status.PULLED_OFF
+    state = stepper.state
+    with pytest.raises(mdr.PathError, match=r"^Stepper\.advance: the bodies touch again"):
+        stepper.advance(1e-5, duration=1.0)
+    again = mdr.Stepper(contact, "40 um")
+    again.restore(state)
+    assert again.normal_force == stepper.normal_force == 0.0
+    assert again.dissipated_energy == rows[-1][4] > 0.0
+
+
+def test_the_stiffness_of_a_short_range_is_that_of_a_sudden_step():
+    contact = mdr.Contact(mdr.Sphere("10 mm"), STICKY.body, adhesion=mdr.JKR(0.2, range="50 nm"))
+    stepper = mdr.Stepper(contact, "30 um", count=2)
+    force = stepper.advance(np.array([2e-5, -1e-5]), duration=5.0).normal
+    glassy = 2.0 * mdr.relaxation_of(STICKY.body).glassy * stepper.contact_radius
+    assert stepper.normal_stiffness == pytest.approx(glassy, rel=1e-3)
+    assert force[0] != 0.0 == force[1]
+
+
 def test_contacts_under_a_cohesive_zone_take_steps_together_or_not_at_all():
     stepper = mdr.Stepper(STICKY, "30 um", count=2)
     stepper.advance(np.array([1e-5, -1e-5]), duration=0.125)
@@ -212,10 +249,16 @@ def test_claims_state_the_error_of_the_springs():
     ("contact", "words"),
     [
         (
+            mdr.Contact(mdr.Sphere(1e-6), mdr.Viscoelastic(RUBBER, 0.5), adhesion=mdr.JKR(0.1, range="1 um")),
+            "^Stepper: JKR.range = 1 µm: the cohesive zone at rest",
+        ),
+        (
             mdr.Contact(
-                mdr.Sphere(1.0), mdr.Viscoelastic(RUBBER, 0.5), adhesion=mdr.JKR("0.1 J/m^2", range="1 um")
+                mdr.FlatPunch(1.0),
+                mdr.Viscoelastic(RUBBER, 0.5),
+                adhesion=mdr.MaugisDugdale(0.1, range="1 um"),
             ),
-            "cohesive stress",
+            "^Stepper: the zone would reach the sharp edge",
         ),
         (
             mdr.Contact(mdr.Sphere(1.0), mdr.Viscoelastic(mdr.PowerLawRheology("1 MPa", "1 s", 0.2), 0.5)),

@@ -22,6 +22,7 @@ from pymdr.line.moved import Moved
 from pymdr.line.plane import PlaneContacts, PlaneLaw, Springs
 from pymdr.line.plastic import DEEPEST, GrowingBall, GrowingContacts, YieldingContacts
 from pymdr.line.soft.moved import ZoneContacts
+from pymdr.line.soft.small_zone import ShortSprings
 from pymdr.line.soft.springs import FINE, ZoneSprings
 from pymdr.mapping.relaxation import relaxation_of
 from pymdr.problem.contact import Contact
@@ -35,7 +36,7 @@ from pymdr.solving.mapped import map_to_springs, refuse_unreachable
 from pymdr.solving.memory import powers_of, surfaces_of
 from pymdr.solving.plastic import ball_of
 from pymdr.solving.viscoelastic import LEVELS, SPRINGS, STRAIGHT
-from pymdr.solving.zones import zone_setting
+from pymdr.solving.zones import short_springs, zone_setting
 from pymdr.units import FloatArray, metres
 
 _ROWS = 65
@@ -91,12 +92,6 @@ def _refuse_unknown(contact: Contact) -> None:
     """Refuse contacts whose memory is of no known kind."""
     graded = contact.body.grading != 0.0 or contact.counterbody.grading != 0.0
     for refused, why in (
-        (
-            contact.is_viscoelastic
-            and contact.adhesion is not None
-            and contact.adhesion.cohesive_stress is None,
-            "bodies with memory need a law of adhesion with a cohesive stress; give MaugisDugdale(work, range=...)",
-        ),
         (
             bool(powers_of(contact)),
             "a power of time is no sum of exponentials without known times; give Prony, fitted over the times of the motion",
@@ -189,12 +184,15 @@ def _in_zone(contact: Contact, deepest: float, count: int, springs: int | None) 
             f"Stepper: springs = {springs}; with adhesion and memory their number follows from the cohesive zone; leave springs out"
         )
     relaxation = relaxation_of(*surfaces_of(contact))
-    setting = zone_setting(contact, relaxation, {math.inf: deepest})
+    assert contact.adhesion is not None
+    if contact.adhesion.cohesive_stress is None:
+        springs_with_zone: ShortSprings | ZoneSprings = short_springs(contact, relaxation, "Stepper")
+    else:
+        setting = zone_setting(contact, relaxation, {math.inf: deepest}, verb="Stepper")
+        springs_with_zone = ZoneSprings(setting, FINE)
     slowest = float(relaxation.times.max())
     pulled = indent(-deepest, duration=slowest)
-    return Moving(
-        ZoneContacts(ZoneSprings(setting, FINE), count), indent(deepest, duration=slowest) >> pulled
-    )
+    return Moving(ZoneContacts(springs_with_zone, count), indent(deepest, duration=slowest) >> pulled)
 
 
 def _branches(contact: Contact, deepest: float, count: int) -> Moving:

@@ -195,7 +195,9 @@ def _retreat(
 
 def _springs_at_rest(contact: Contact, approach: _Approach, test: TackTest, stiffness: float) -> ZoneSprings:
     """The springs after approach and dwell."""
-    setting = zone_setting(contact, zone_relaxation(contact, None), {stiffness: max(approach.top, 0.0)})
+    setting = zone_setting(
+        contact, zone_relaxation(contact, None), {stiffness: max(approach.top, 0.0)}, verb="pull_off"
+    )
     springs = ZoneSprings(setting, FINE)
     time, travel = approach.rows
     springs.follow(np.append(time[0], time), np.append(travel[0], travel), stiffness)

@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
-from pymdr.errors import NotValidError, ProblemError
+from pymdr.errors import NotValidError
 from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.validity import NORMAL_FIELDS, SOURCES, Assumption, Claim, Level, with_prescribed
 from pymdr.line.foundation import mean_pressure
-from pymdr.line.soft.small_zone import ShortRows, ShortSprings, SmallZone
-from pymdr.problem.laws import JKR
-from pymdr.problem.materials import Elastic, Rigid
+from pymdr.line.soft.small_zone import ShortSprings, SmallZone
 from pymdr.problem.schedule import Stretch
 from pymdr.result import Result, Status
 from pymdr.result.readers import FieldReader
-from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.mapped import notes_of
-from pymdr.solving.memory import assumptions_with_memory, refuse_flow, relaxation_along
+from pymdr.solving.memory import assumptions_with_memory, relaxation_along
 from pymdr.solving.normal import refuse_tangential
 from pymdr.solving.soft import controls_of
 from pymdr.solving.walk import (
@@ -34,12 +30,11 @@ from pymdr.solving.walk import (
     walk,
     with_travel,
 )
-from pymdr.solving.zones import refuse_edge, springs_of
+from pymdr.solving.zones import short_springs
 from pymdr.units import FloatArray, metres, newtons
 
 WITHOUT_FIELDS = "the law of a small zone gives the contact radius and forces only; use MaugisDugdale(work, range=...) for fields"
-_LONGEST = 0.2
-"""Largest length of the zone at rest over the contact radius."""
+_IN_CONTACT = "elastic energy is that of the springs in contact; what those behind the edge still store counts as dissipated"
 _PER_LENGTH = 1.5
 """Error over the length of the zone in contact radii, an upper bound of the differences from `MaugisDugdale` that were measured."""
 _PER_LOAD = 0.35
@@ -53,7 +48,7 @@ _RELAXED = 0.05
 class Rows:
     """Columns of a walk."""
 
-    rows: ShortRows
+    rows: dict[str, FloatArray]
     control: FloatArray
     """Machine stiffness in N/m equivalent to the control."""
 
@@ -68,29 +63,9 @@ def solve_small_zone(task: Task) -> Result:
     refuse_tangential(
         task.path, "the contact is adhesive: adhesion with friction is not covered; leave the channel out"
     )
-    contact = task.contact
-    law = contact.adhesion
-    assert isinstance(law, JKR)
-    assert law.range is not None
-    relaxation = relaxation_along(contact, task.path)
-    refuse_flow(relaxation)
-    zone = SmallZone(relaxation, law.work, law.work / law.range)
-    line = AdhesiveLine(
-        replace(contact, body=Elastic(relaxation.rubbery, 0.0), counterbody=Rigid(), adhesion=JKR(law.work))
-    )
-    size = line.natural_radius
-    rest = float(zone.zone_length(law.work))
-    if rest > _LONGEST * size:
-        raise ProblemError(
-            f"solve: JKR.range = {metres(law.range)}: the cohesive zone at rest would be {metres(rest)} long, more than {_LONGEST:g} of the contact "
-            f"radius without load, {metres(size)}; use MaugisDugdale(work, range=...), which has no such limit"
-        )
-    refuse_edge(line, math.inf)
-    springs = ShortSprings(zone, springs_of(line), size, line.end)
+    springs = short_springs(task.contact, relaxation_along(task.contact, task.path))
     walked = walk(task, springs, partial(_step, task.machine_stiffness))
-    return solution(
-        task, walked, _interpret(task, zone, walked, springs.parted if springs.separated else None)
-    )
+    return solution(task, walked, _interpret(task, springs.setting, walked, springs.parted))
 
 
 def _step(
@@ -104,8 +79,8 @@ def _step(
     assert kept is None
     time, control, k = controls_of(stretch, stiffness, springs.free)
     rows = springs.follow(time, control, k)
-    here = channels_at(float(rows.indentation[-1]), float(rows.normal_force[-1]), stiffness)
-    return Rows(rows, np.full(rows.indentation.size, k)), springs, here
+    d, force = float(rows["indentation"][-1]), float(rows["normal_force"][-1])
+    return Rows(rows, np.full(time.size - 1, k)), springs, channels_at(d, force, stiffness)
 
 
 def _interpret(
@@ -113,28 +88,32 @@ def _interpret(
 ) -> Interpretation:
     """Step 3: quantities, claims and assumptions of every row, and where the bodies part."""
     rows, control = walked.rows.rows, walked.rows.control
-    a, force = rows.contact_radius, rows.normal_force
-    attached = a > 0.0
-    with np.errstate(divide="ignore", invalid="ignore"):
-        released = np.minimum(rows.line_load, 0.0) ** 2 / (2.0 * math.pi * a * zone.relaxation.rubbery)
-        released = np.where(attached, released, 0.0)
-        length = np.where(attached, zone.zone_length(released), 0.0)
-        missing = np.where(attached, np.abs(rows.unrelaxed / np.minimum(rows.line_load, -1e-300)), 0.0)
+    a, force = rows["contact_radius"], rows["normal_force"]
+    attached, released = a > 0.0, rows["energy_release_rate"]
+    length = rows["cohesive_radius"] - a
+    missing = np.where(attached, np.abs(rows["unrelaxed"] / np.minimum(rows["line_load"], -1e-300)), 0.0)
     speed = np.array(
         [-zone.speed(g) if on else 0.0 for g, on in zip(released.tolist(), attached, strict=True)]
     )
     torn = np.isnan(force)
+    energies = {
+        "elastic_energy": rows["elastic_energy"],
+        "surface_energy": rows["surface_energy"],
+        "external_work": rows["elastic_energy"] + rows["surface_energy"] + rows["body_dissipation"],
+        "dissipated_energy": rows["body_dissipation"],
+    }
     columns = with_travel(
         task,
         {
-            "indentation": rows.indentation,
+            "indentation": rows["indentation"],
             "normal_force": force,
             "contact_radius": a,
-            "cohesive_radius": a + length,
+            "cohesive_radius": rows["cohesive_radius"],
             "mean_pressure": mean_pressure(force, a),
             "energy_release_rate": released,
+            **energies,
             "edge_speed": speed,
-            "jumped": rows.jumped,
+            "jumped": rows["jumped"],
         },
     )
     everywhere = np.ones(a.size, dtype=bool)
@@ -150,7 +129,9 @@ def _interpret(
     wide = np.maximum.accumulate(length / np.where(attached, a, 1.0))
     late = np.maximum.accumulate(np.where(speed < 0.0, missing, 0.0))
     errors = np.minimum(_LEAST + _PER_LENGTH * wide + _PER_LOAD * late, 1.0)
-    claims = with_errors(dict.fromkeys(columns, claim), dict.fromkeys(columns, errors))
+    in_contact = replace(claim, reason=f"{claim.reason}; {_IN_CONTACT}")
+    own = dict.fromkeys(columns, claim) | dict.fromkeys(("elastic_energy", "dissipated_energy"), in_contact)
+    claims = with_errors(own, dict.fromkeys(columns, errors))
     prescribed = {"indentation": np.isinf(control), "normal_force": control == 0.0}
     if task.machine_stiffness is not None:
         prescribed["travel"] = (control > 0.0) & np.isfinite(control)

@@ -131,7 +131,8 @@ def zone_force(
     """
     span = float(np.diff(time).min()), float(np.ptp(time))
     relaxation = zone_relaxation(contact, span, level)
-    setting = zone_setting(contact, relaxation, {stiffness: max(float(control.max()), 0.0)}, span[1])
+    largest = {stiffness: max(float(control.max()), 0.0)}
+    setting = zone_setting(contact, relaxation, largest, span[1], verb="fit")
     from_start = np.append(time[0], time), np.append(control[0], control)
     return ZoneSprings(setting, level).follow(*from_start, stiffness)["normal_force"]
 

@@ -91,7 +91,7 @@ class Stepper:
     contact : Contact
         Without adhesion: elastic half-spaces, homogeneous or transversely isotropic, with :class:`Coulomb` friction of any coefficient, also
         infinite, or without; the profile may be a :class:`ForceCurve`. `Viscoelastic` half-spaces with friction or without; `ElasticPlastic` bodies
-        without. With a law of adhesion: any elastic bodies, and `Viscoelastic` half-spaces under :class:`MaugisDugdale`, without friction.
+        without. With a law of adhesion: any elastic bodies, and `Viscoelastic` half-spaces under :class:`MaugisDugdale` or `JKR(work, range=)`, without friction.
     max_indentation : quantity
         Largest indentation in m of all steps, above 0.
     count : int
@@ -105,7 +105,7 @@ class Stepper:
     Raises
     ------
     ProblemError
-        If a body has memory with another law of adhesion or a relaxation that is no sum of exponentials, is layered or graded without adhesion, or a value is outside its limits.
+        If a body has memory with a relaxation that is no sum of exponentials, is layered or graded without adhesion, or a value is outside its limits.
     RefusedError
         If the contact is not a disk at every indentation.
 

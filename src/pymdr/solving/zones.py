@@ -12,9 +12,11 @@ import numpy as np
 from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.interpretation.theories import equilibria_of
 from pymdr.line.curves import ElasticLine
+from pymdr.line.soft.small_zone import ShortSprings, SmallZone
 from pymdr.line.soft.springs import FINE, ZoneLevel, ZoneSetting
 from pymdr.mapping.relaxation import Relaxation, relaxation_of
 from pymdr.problem.contact import Contact
+from pymdr.problem.laws import JKR
 from pymdr.problem.materials import Elastic, Material, Rigid
 from pymdr.problem.rheology import Prony
 from pymdr.solving.equilibria import AdhesiveLine
@@ -22,6 +24,8 @@ from pymdr.solving.memory import powers_of, refuse_flow, refuse_rigid, surfaces_
 from pymdr.units import FloatArray, metres
 
 _GROWTH = 1.1
+_LONGEST = 0.2
+"""Largest length of a short zone at rest over the contact radius."""
 _FIRST, _ERROR = 0.25, 1e-4
 """Shortest time of the series of a power of time over the shortest step of a path, since an edge passes its zone fast; and error of the series."""
 
@@ -60,7 +64,12 @@ def zone_relaxation(
 
 
 def zone_setting(
-    contact: Contact, relaxation: Relaxation, targets: Mapping[float, float], longest: float = math.inf
+    contact: Contact,
+    relaxation: Relaxation,
+    targets: Mapping[float, float],
+    longest: float = math.inf,
+    *,
+    verb: str = "solve",
 ) -> ZoneSetting:
     """
     The springs of a contact, and its largest zone: that of an elastic body with the softest modulus of the path.
@@ -74,10 +83,12 @@ def zone_setting(
         Largest targets in m, or in N for 0, by the machine stiffness in N/m.
     longest : float
         Duration of the path in s. Bodies that flow at rest are refused where it is inf.
+    verb : str
+        What was called, for messages.
     """
-    refuse_rigid(relaxation)
+    refuse_rigid(relaxation, verb)
     if math.isinf(longest):
-        refuse_flow(relaxation)
+        refuse_flow(relaxation, verb)
     softest = relaxation.softest(longest)
     law = contact.adhesion
     assert law is not None
@@ -86,19 +97,40 @@ def zone_setting(
     try:
         stops = [line.stop(k, top) for k, top in sorted(targets.items())]
     except ConvergenceError as error:
-        raise ProblemError(f"solve: {error}") from error
+        raise ProblemError(f"{verb}: {error}") from error
     # theories of cohesive zones need a profile that increases up to the end
     equilibria_of(law, contact.profile, line.line, max(stops))
     widest = float(np.max(line.equilibria.states(np.array(stops)).cohesive_radius))
-    refuse_edge(line, _GROWTH * 1.2 * widest)
+    refuse_edge(line, _GROWTH * 1.2 * widest, verb)
     return ZoneSetting(relaxation, softest, law.cohesive_stress, law.work, springs_of(line), _GROWTH * widest)
 
 
-def refuse_edge(line: AdhesiveLine, radius: float) -> None:
-    """Refuse zones up to a radius in m that would reach the sharp edge of the profile."""
+def short_springs(contact: Contact, relaxation: Relaxation, verb: str = "solve") -> ShortSprings:
+    """The springs of a contact of bodies with E*(t) under adhesion of short range, in the name of a verb."""
+    refuse_flow(relaxation, verb)
+    law = contact.adhesion
+    assert isinstance(law, JKR)
+    assert law.range is not None
+    zone = SmallZone(relaxation, law.work, law.work / law.range)
+    line = AdhesiveLine(
+        replace(contact, body=Elastic(relaxation.rubbery, 0.0), counterbody=Rigid(), adhesion=JKR(law.work))
+    )
+    size = line.natural_radius
+    rest = float(zone.zone_length(law.work))
+    if rest > _LONGEST * size:
+        raise ProblemError(
+            f"{verb}: JKR.range = {metres(law.range)}: the cohesive zone at rest would be {metres(rest)} long, more than {_LONGEST:g} of the contact "
+            f"radius without load, {metres(size)}; use MaugisDugdale(work, range=...), which has no such limit"
+        )
+    refuse_edge(line, math.inf, verb)
+    return ShortSprings(zone, springs_of(line), size, line.end)
+
+
+def refuse_edge(line: AdhesiveLine, radius: float, verb: str) -> None:
+    """Refuse zones up to a radius in m that would reach the sharp edge of the profile, in the name of a verb."""
     if line.line.edge < radius:
         raise ProblemError(
-            f"solve: the zone would reach the sharp edge of the profile at r = {metres(line.line.edge)}, which is not covered with memory; use a "
+            f"{verb}: the zone would reach the sharp edge of the profile at r = {metres(line.line.edge)}, which is not covered with memory; use a "
             "wider profile or a smaller load"
         )
 

@@ -8,8 +8,9 @@ from typing import Any, Self
 
 import numpy as np
 
-from pymdr.errors import PathError
+from pymdr.errors import PathError, PymdrError
 from pymdr.line.moved import BEFORE, NOW, BoolArray, IntArray, Moved, WithoutShift, durations_of
+from pymdr.line.soft.small_zone import ShortSprings
 from pymdr.line.soft.springs import ZoneSprings
 from pymdr.units import FloatArray, metres
 
@@ -33,19 +34,19 @@ _SUDDEN = 1e-6
 
 class ZoneContacts(WithoutShift, Moved):
     """
-    Contacts of one pair of bodies on springs with memory that attract each other by a constant stress.
+    Contacts of one pair of bodies on springs with memory that attract each other by a constant stress, or within a short range.
 
-    What they remember: the arrays of :class:`ZoneSprings`, and (n, 2, 10) quantities after the step.
+    What they remember: the arrays of the springs, and (n, 2, 10) quantities after the step.
 
     Parameters
     ----------
-    springs : ZoneSprings
+    springs : ZoneSprings or ShortSprings
         Of bodies that have not touched.
     count : int
         Number of contacts.
     """
 
-    def __init__(self, springs: ZoneSprings, count: int) -> None:
+    def __init__(self, springs: ZoneSprings | ShortSprings, count: int) -> None:
         self.springs = springs
         start = *springs.state, np.zeros(len(_KEPT))
         self.arrays = tuple(np.tile(one, (count, 2, *([1] * one.ndim))) for one in start)
@@ -78,7 +79,10 @@ class ZoneContacts(WithoutShift, Moved):
         for array, now in zip(self.springs.state, remembered, strict=True):
             array[...] = now
         begin = float(row[_KEPT.index("indentation")])
-        after = self.springs.follow(np.array([0.0, duration]), np.array([begin, depth]), math.inf, True)
+        try:
+            after = self.springs.follow(np.array([0.0, duration]), np.array([begin, depth]), math.inf, True)
+        except PymdrError as error:
+            raise type(error)(f"Stepper.advance: {error}") from None
         after["jump_dissipation"] += row[_KEPT.index("jump_dissipation")]
         touched = (row[_KEPT.index("touched")] > 0.0) | (after["cohesive_radius"] > 0.0)
         columns = after | {"indentation": np.array([depth]), "touched": touched}

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -15,29 +13,31 @@ from numpy.typing import ArrayLike
 from pymdr.errors import ConvergenceError, PathError
 from pymdr.line.soft import edge
 from pymdr.mapping.relaxation import Relaxation
+from pymdr.numerics.quadrature import gauss
 from pymdr.units import FloatArray, metres
 
 _TABLE, _DECADES = 6000, 12.0
 """Entries of the table of passing times, and its decades beyond the shortest and the longest time of retardation."""
 _NODES = 4
 """Gauss nodes of an interval of the table of the integrals."""
-_TOLERANCE = 1e-8
 _POINTS, _EXTENT_OF_TABLES = 4000, 4.0
 """Nodes of the table of the profile, and its first end over the size of the contact."""
 _CLOSED = 5e-4
 """Contact radius, over the size of the contact, at which a contact that closes rests."""
-_MOST = 300_000
-"""Largest number of evaluations of the equation in a stretch."""
+_TOUCHING = 8.0
+"""Contact radius of the first touch, over that at which a contact rests."""
+_FIRST = 1e-3
+"""First step over the shortest relaxation time."""
 _AT_ONCE = 1e-7
 """Shortest passing time over the shortest time of relaxation, with which an edge faster than any steady one moves."""
 
 
 def _dawson_integrals(x: FloatArray) -> FloatArray:
     """The integral of Dawson's function from 0 to every one of rising x."""
-    points, weights = np.polynomial.legendre.leggauss(_NODES)
-    half = 0.5 * np.diff(x, prepend=0.0)
-    at = (x - 2.0 * half)[:, None] + half[:, None] * (points + 1.0)
-    return np.cumsum(half * (scipy.special.dawsn(at) @ weights))
+    points, weights = gauss(_NODES)
+    width = np.diff(x, prepend=0.0)
+    at = (x - width)[:, None] + width[:, None] * points
+    return np.cumsum(width * (scipy.special.dawsn(at) @ weights))
 
 
 @dataclass(frozen=True)
@@ -143,20 +143,6 @@ class SmallZone:
         return np.asarray(self.work * fraction)
 
 
-class ShortRows(NamedTuple):
-    """Rows of a leg in SI units; zeros where the bodies are free."""
-
-    contact_radius: FloatArray
-    indentation: FloatArray
-    normal_force: FloatArray
-    line_load: FloatArray
-    """q_a [N/m] at the edge, below 0."""
-    unrelaxed: FloatArray
-    """Load [N/m] that the springs of the contact have yet to relax."""
-    jumped: FloatArray
-    """1 in the first row after the edge has parted."""
-
-
 class ShortSprings:
     """The contact radius of one contact with a small zone, followed leg by leg.
 
@@ -181,26 +167,58 @@ class ShortSprings:
         size: float,
         end: float,
     ) -> None:
-        self.zone, self._profile, self._size, self._end = zone, profile, size, end
-        self.free, self.separated = True, False
-        self.parted: tuple[float, float] | None = None
-        """Depth [m] and force [N] where the edge became faster than any steady one before the bodies parted."""
+        self.setting, self._profile, self._end = zone, profile, end
         relaxation = zone.relaxation
-        self._radius, self._lag = 0.0, np.zeros(relaxation.times.size)
-        self._springs = np.stack([relaxation.moduli, relaxation.times])
-        self._setting = np.zeros(edge.SHORTEST + 1)
-        self._setting[edge.RUBBERY], self._setting[edge.GLASSY] = relaxation.rubbery, relaxation.glassy
-        self._setting[edge.WORK], self._setting[edge.UNIT] = zone.work, zone.unit
-        self._setting[edge.CLOSED], self._setting[edge.SHORTEST] = _CLOSED * size, zone.shortest
+        n = relaxation.times.size
+        setting = np.zeros(edge.LIMIT + 1)
+        setting[edge.RUBBERY], setting[edge.GLASSY] = relaxation.rubbery, relaxation.glassy
+        setting[edge.WORK], setting[edge.UNIT] = zone.work, zone.unit
+        setting[edge.CLOSED], setting[edge.SHORTEST] = _CLOSED * size, zone.shortest
+        setting[edge.LIMIT] = zone.limit
+        depth = float(profile(np.array([size]))[0][0])
+        energy = relaxation.rubbery * depth**2 * size + zone.work * math.pi * size**2
+        self._now = np.zeros(edge.RADIUS + 2 + n)
+        self._now[edge.FREE], self._now[edge.PACE] = 1.0, _FIRST * float(relaxation.times.min())
+        self._now[edge.PARTED_DEPTH : edge.PARTED_FORCE + 1] = math.nan
+        self._equation = edge.Equation(
+            setting,
+            np.stack([relaxation.moduli, relaxation.times]),
+            np.zeros((2, _POINTS)),
+            zone.table,
+            np.array([size, *[depth] * n, energy]),
+            np.zeros((edge.LEVELS + 1, n + 2)),
+        )
         self._tabulate(_EXTENT_OF_TABLES * size)
+
+    @property
+    def state(self) -> tuple[FloatArray, ...]:
+        """All that the contact remembers, in an array that :meth:`follow` changes."""
+        return (self._now,)
+
+    @property
+    def free(self) -> bool:
+        """Whether the bodies are out of contact."""
+        return bool(self._now[edge.FREE] > 0.0)
+
+    @property
+    def parted(self) -> tuple[float, float] | None:
+        """Depth [m] and force [N] where the edge became faster than any steady one before the bodies parted."""
+        if not self._now[edge.SEPARATED] > 0.0:
+            return None
+        return float(self._now[edge.PARTED_DEPTH]), float(self._now[edge.PARTED_FORCE])
 
     def _tabulate(self, radius: float) -> None:
         """Tabulate the profile up to a radius or its end, with nodes that are even in the square root."""
-        self._setting[edge.TOP] = top = min(radius, self._end)
-        self._table = np.stack(self._profile(top * np.linspace(0.0, 1.0, _POINTS) ** 2))
+        self._equation.setting[edge.TOP] = top = min(radius, self._end)
+        root = np.linspace(0.0, 1.0, _POINTS)
+        self._equation.profile[:] = self._profile(top * root**2)
+        squares = self._equation.profile[0] ** 2 * (2.0 * top * root)
+        self._squares = scipy.interpolate.CubicSpline(root, squares).antiderivative()
 
-    def follow(self, time: FloatArray, control: FloatArray, machine_stiffness: float) -> ShortRows:
-        """Follow a leg and return its rows.
+    def follow(
+        self, time: FloatArray, control: FloatArray, machine_stiffness: float, onward: bool = False
+    ) -> dict[str, FloatArray]:
+        """Follow a leg and return its rows in SI units.
 
         Parameters
         ----------
@@ -208,6 +226,8 @@ class ShortSprings:
             Times [s] and D = d + F/k [m], for k = 0 the force [N]; the first entries are those before the leg.
         machine_stiffness : float
             k [N/m]; inf prescribes the indentation, 0 the force.
+        onward : bool
+            Without effect: the steps of a leg go on as those of the leg before.
 
         Raises
         ------
@@ -216,103 +236,77 @@ class ShortSprings:
         PathError
             If the bodies touch again after they have separated, or the contact passes the end of the profile.
         """
-        rows, k = [], machine_stiffness
-        if time[1] == time[0] and self.free:
-            # a free body may start anywhere
-            rows.append(_out_of_contact(float(control[1]), k))
-            time, control = time[1:], control[1:]
-        # straight stretches of the control
-        steps = np.diff(time)
-        lasts = steps > 0.0
-        rate = np.divide(np.diff(control), steps, out=np.zeros_like(steps), where=lasts)
-        shaken = 1e-9 + 1e-15 * time[-1] / float(np.min(steps, initial=math.inf, where=lasts))
-        kinks = np.flatnonzero(np.abs(np.diff(rate)) > shaken * np.max(np.abs(rate), initial=0.0)) + 1
-        for first, last in pairwise([0, *kinks.tolist(), time.size - 1]):
-            rows += self._stretch(time[first : last + 1], control[first : last + 1], k)
-        return ShortRows(*(np.array(column) for column in zip(*rows, strict=True)))
-
-    def _stretch(self, time: FloatArray, control: FloatArray, k: float) -> list[tuple[float, ...]]:
-        t0, span = float(time[0]), float(time[-1] - time[0])
-        rows: list[tuple[float, ...]] = []
-        done = 0
-        if self.free:
-            # after a separation the surfaces stay apart while they are pulled further
-            nearing = not self.separated or control[-1] > control[0]
-            touching = np.flatnonzero(control[1:] >= 0.0) if nearing else np.zeros(0, dtype=np.intp)
-            done = int(touching[0]) if touching.size else time.size - 1
-            rows = [_out_of_contact(each, k) for each in control[1 : done + 1].tolist()]
-            if not touching.size:
-                return rows
-            if self.separated:
+        now, k = self._now, machine_stiffness
+        self._equation.setting[edge.MACHINE] = k
+        spans, controls = np.diff(time), control.astype(float)
+        out = np.zeros((spans.size, edge.OUTPUTS))
+        row = 0
+        while row < spans.size:
+            if self.free:
+                first = self._touch(spans, controls, row)
+                out[row:first, edge.OUT_SPENT] = now[-1]
+                row = first
+                continue
+            ends, done = edge.follow_rows(now, self._equation, spans[row:], controls[row:], out[row:])
+            row += done
+            if ends == edge.BEYOND and self._equation.setting[edge.TOP] < self._end:
+                self._tabulate(2.0 * float(self._equation.setting[edge.TOP]))
+            elif ends == edge.BEYOND:
                 raise PathError(
-                    "the bodies touch again after they have separated, which the law of a small zone does not cover; give MaugisDugdale(work, range=...)"
+                    f"the contact would pass r = {metres(self._end)}, the last radius at which the profile is known; use a smaller indentation or force"
                 )
-            p0, p1 = float(control[done]), float(control[done + 1])
-            until = -p0 / (p1 - p0) if p0 < 0.0 else 0.0
-            t0 = float(time[done]) + until * (float(time[done + 1]) - float(time[done]))
-            self.free, self._lag[:] = False, 0.0
-            self._radius = 8.0 * _CLOSED * self._size
-        setting = self._setting
-        setting[edge.MACHINE] = k
-        setting[edge.BEGIN], setting[edge.CONTROL] = time[0], control[0]
-        setting[edge.SLOPE] = (control[-1] - control[0]) / span if span > 0.0 else 0.0
-        calls, below = 0, (math.nan, math.nan)
-        limit = 2.0 * math.pi * setting[edge.RUBBERY] * self.zone.work * self.zone.limit
-
-        def rates(t: float, y: FloatArray) -> FloatArray:
-            nonlocal calls, below
-            calls += 1
-            if calls > _MOST:
+            elif ends == edge.STUCK:
                 raise ConvergenceError(
-                    f"the equation of the contact radius could not be integrated beyond t = {t:.6g} s, a = {metres(float(y[0]))}: its steps became too "
-                    "short; use MaugisDugdale(work, range=...)"
+                    f"the equation of the contact radius could not be integrated beyond t = {time[row] + now[edge.PASSED]:.6g} s, a = "
+                    f"{metres(float(now[edge.RADIUS]))}: its steps became too short; use MaugisDugdale(work, range=...)"
                 )
-            if setting[edge.TOP] < min(y[0], self._end):
-                self._tabulate(2.0 * float(setting[edge.TOP]))
-            d, force, _, load = edge.state(t, y, setting, self._springs, self._table)
-            # steps of a jump are too short for the roots of an integrator
-            if min(load, 0.0) ** 2 <= limit * y[0]:
-                below = d, force
-            return edge.rates(t, y, setting, self._springs, self._table, self.zone.table)
+        nowhere = np.full(spans.size, math.nan), math.nan
+        return self._columns(out, nowhere if k == 0.0 else (controls[1:], 0.0))
 
-        y0 = np.concatenate([[self._radius], self._lag])
-        deep = float(self._profile(np.array([self._size]))[0][0])
-        sizes = np.concatenate([[self._size], np.full(self._lag.size, deep)])
-        solved = scipy.integrate.solve_ivp(
-            rates,
-            (t0, float(time[-1])),
-            y0,
-            method="LSODA",
-            t_eval=np.maximum(time[done + 1 :], t0),
-            rtol=_TOLERANCE,
-            atol=_TOLERANCE * sizes,
-        )
-        if solved.status < 0:
-            raise ConvergenceError(
-                f"the equation of the contact radius could not be integrated beyond t = {float(solved.t[-1]) if len(solved.t) else t0:.6g} s ({solved.message}); use MaugisDugdale(work, range=...)"
-            )
-        radii = solved.y[0]
-        if np.max(radii) > self._end:
+    def _touch(self, spans: FloatArray, controls: FloatArray, row: int) -> int:
+        """Bring free bodies into contact in the first row that does so from a row on; the number of that row, or of all rows."""
+        now = self._now
+        touching = controls[row + 1 :] >= 0.0
+        # a free body may start anywhere
+        touching &= spans[row:] > 0.0
+        if now[edge.SEPARATED] > 0.0:
+            # after a separation the surfaces stay apart while they are pulled further
+            touching &= np.diff(controls[row:]) > 0.0
+        if not touching.any():
+            return spans.size
+        if now[edge.SEPARATED] > 0.0:
             raise PathError(
-                f"the contact would pass r = {metres(self._end)}, the last radius at which the profile is known; use a smaller indentation or force"
+                "the bodies touch again after they have separated, which the law of a small zone does not cover; give MaugisDugdale(work, range=...)"
             )
-        open_ = np.flatnonzero(radii < 3.0 * setting[edge.CLOSED])
-        end = int(open_[0]) if open_.size else radii.size
-        for t, y in zip(solved.t[:end].tolist(), solved.y.T[:end].copy(), strict=True):
-            d, force, Q, load = edge.state(t, y, setting, self._springs, self._table)
-            rows.append((float(y[0]), d, force, load, Q - setting[edge.RUBBERY] * d, 0.0))
-        if open_.size:
-            self.free = self.separated = True
-            self.parted = below
-            first = len(rows)
-            rows += [_out_of_contact(each, k) for each in control[1 + first :].tolist()]
-            rows[first] = (*rows[first][:-1], 1.0)
-        else:
-            self._radius, self._lag = float(radii[-1]), solved.y[1:, -1].copy()
-        return rows
+        row += int(np.argmax(touching))
+        before, after = controls[row], controls[row + 1]
+        now[edge.FREE], now[edge.RADIUS :] = 0.0, 0.0
+        now[edge.RADIUS] = _TOUCHING * self._equation.setting[edge.CLOSED]
+        now[edge.PASSED] = spans[row] * before / (before - after) if before < 0.0 else 0.0
+        return row
 
-
-def _out_of_contact(control: float, k: float) -> tuple[float, ...]:
-    """The row of a body out of contact; under a force it is nowhere."""
-    d, force = (math.nan, math.nan) if k == 0.0 else (control, 0.0)
-    return 0.0, d, force, 0.0, 0.0, 0.0
+    def _columns(self, out: FloatArray, free: tuple[FloatArray, float]) -> dict[str, FloatArray]:
+        """Rows by name, with the depths and the force of free bodies."""
+        a, d, force, load, unrelaxed, spent, parts, strains = out.T
+        rubbery, zone = self.setting.relaxation.rubbery, self.setting
+        attached = a > 0.0
+        d, force = np.where(attached, d, free[0]), np.where(attached, force, free[1])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            released = np.where(attached, np.minimum(load, 0.0) ** 2 / (2.0 * math.pi * a * rubbery), 0.0)
+        area = (a * (unrelaxed + rubbery * d) - 0.5 * force) / rubbery
+        squares = self._squares(np.sqrt(a / self._equation.setting[edge.TOP]))
+        stored = rubbery * (d * (a * d - 2.0 * area) + squares) + a * strains
+        return {
+            "contact_radius": a.copy(),
+            "cohesive_radius": np.where(attached, a + zone.zone_length(released), 0.0),
+            "indentation": d,
+            "normal_force": force,
+            "energy_release_rate": released,
+            "line_load": load,
+            "unrelaxed": unrelaxed,
+            "jumped": parts,
+            "elastic_energy": np.where(attached, stored, 0.0),
+            "surface_energy": -math.pi * zone.work * a**2,
+            "body_dissipation": spent,
+            "jump_dissipation": np.zeros(a.size),
+        }

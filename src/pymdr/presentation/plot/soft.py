@@ -66,7 +66,7 @@ def zone_figures(data: draw.FigureData) -> dict[str, draw.Figure]:
 
 
 def _last(data: draw.FigureData) -> str:
-    return "dissipated_energy" if "dissipated_energy" in data.data else "edge_speed"
+    return "edge_speed" if "edge_speed" in data.data else "dissipated_energy"
 
 
 def _across(data: draw.FigureData) -> str:
