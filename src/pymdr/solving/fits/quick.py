@@ -32,7 +32,9 @@ from pymdr.solving.fits.request import (
     FITTED,
     REFUSED,
     SEEN,
+    UNDETERMINED,
     UNREAD,
+    UNSETTLED,
     WAVES,
     WIDTH,
     Columns,
@@ -60,13 +62,15 @@ def fit_by_family(request: FitRequest, axes: FamilyAxes, stretch: Stretch) -> Fi
     """Fit some curves by one family of forces."""
     count, width = stretch.place.shape
     free = len(request.names)
+    square, row = np.full((count, free, free), math.nan), np.full((count, free), math.nan)
     fits = CurveFits(
         np.full((count, NUMBERS + 5), math.nan),
-        np.full((count, free, free), math.nan),
-        np.full((count, free, free), math.nan),
-        np.full((count, free, free), math.nan),
-        np.full((count, free), math.nan),
-        np.full((count, free), math.nan),
+        square,
+        square.copy(),
+        square.copy(),
+        row,
+        row.copy(),
+        row.copy(),
         np.full((count, width), math.nan),
         np.full(count, UNREAD, dtype=np.int8),
     )
@@ -214,6 +218,7 @@ def _columns(request: FitRequest, axes: FamilyAxes, fits: CurveFits, stretch: St
     for name, (low, high) in request.bounded.items():
         outside = (out[name] < low) | (out[name] > high)
         out["ending"][outside & (ended == FITTED)] = AT_END
+    sizes = np.array([unknown.is_size for unknown in request.unknowns], dtype=bool)
     if WORK in out:
         # the misfit decides if a pull of a few samples widens the error, the error if the law leaves waves; where they are not
         # stationary, which widens it too much, the density of the residuals themselves with a stricter limit
@@ -222,6 +227,11 @@ def _columns(request: FitRequest, axes: FamilyAxes, fits: CurveFits, stretch: St
         with np.errstate(invalid="ignore"):
             unseen = (grows < SEEN) & (out[WORK] < math.sqrt(SEEN) * out[f"{WORK}_error"])
             unseen &= out[WORK] < _PLAINLY * np.sqrt(plainly) * np.abs(rates[:, i])
+            # without a modulus, the record does not show what the adhesion is
+            unseen &= ~(np.delete(sizes & (error[:, : sizes.size] > 1.0), i, axis=1)).any(axis=1)
         out["ending"][unseen & (ended == FITTED)] = AT_END
+    # a search along a flat valley: a change of a size by itself changes the sum of squares by less than a variance of the noise
+    flat = sizes & (1.0 + 2.0 * np.abs(fits.ahead[:, : sizes.size]) < error[:, : sizes.size] ** 2)
+    out["ending"][flat.any(axis=1) & (ended == UNSETTLED)] = UNDETERMINED
     out["noise"][:], out["correlated"][:], out["indentation"][:] = noise, correlated, depth
     return out

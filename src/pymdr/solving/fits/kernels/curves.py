@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +30,7 @@ from pymdr.solving.fits.kernels.model import (
 )
 from pymdr.solving.fits.kernels.pulls import FEW, OfFamily, point_across_samples, start_near
 from pymdr.solving.fits.kernels.starts import Engine, best_points, few_of, starts_at_tilts, tilts_of
-from pymdr.solving.fits.request import AT_END, FITTED, NO_CONTACT, SEEN, UNSETTLED
+from pymdr.solving.fits.request import AT_END, FITTED, NO_CONTACT, SEEN, UNDETERMINED, UNSETTLED
 from pymdr.solving.fits.residuals import DECIDED
 from pymdr.solving.fits.spectrum import noise_spectra
 from pymdr.solving.fits.touching import FULLY_OUT, ROUNDS_OF_JUMPS, BoolArray
@@ -65,6 +65,8 @@ class CurveFits(NamedTuple):
     """Those if the density of the noise is that of the residuals in every band."""
     widths: FloatArray
     """Half widths of the 95 % intervals of the unknowns in standard errors; NaN if they are not wanted."""
+    ahead: FloatArray
+    """Steps of the unknowns to the expected least squares; 0 at a minimum."""
     asides: FloatArray
     """Standard errors by other ends that fit as well under white noise, with the signs of their common change."""
     residuals: FloatArray
@@ -73,27 +75,14 @@ class CurveFits(NamedTuple):
 
     def of(self, rows: IndexArray) -> CurveFits:
         """Copies of some rows."""
-        return CurveFits(
-            self.numbers[rows],
-            self.covariances[rows],
-            self.spectral[rows],
-            self.unmodelled[rows],
-            self.widths[rows],
-            self.asides[rows],
-            self.residuals[rows],
-            self.ended[rows],
-        )
+        columns: tuple[NDArray[Any], ...] = self
+        return CurveFits(*(column[rows] for column in columns))
 
     def put(self, rows: IndexArray, some: CurveFits) -> None:
         """Write into some rows."""
-        self.numbers[rows], self.covariances[rows], self.spectral[rows] = (
-            some.numbers,
-            some.covariances,
-            some.spectral,
-        )
-        self.unmodelled[rows], self.widths[rows] = some.unmodelled, some.widths
-        self.asides[rows] = some.asides
-        self.residuals[rows], self.ended[rows] = some.residuals, some.ended
+        columns: tuple[NDArray[Any], ...] = self
+        for column, other in zip(columns, some, strict=True):
+            column[rows] = other
 
 
 class _Search(NamedTuple):
@@ -269,6 +258,7 @@ def _put_spectral(
                 continue
             basis, coefficients = orthonormal(rates[good])
             coefficients = search.wanted.back @ coefficients
+            fits.ahead[rows[good]] = np.einsum("ijk,ikn,in->ij", coefficients, basis, left[good])
             spectra = noise_spectra(left[good], basis, prior=None, keep=search.wanted.intervals)
             if search.wanted.intervals:
                 fits.widths[rows[good]] = spectra.quantile(coefficients)
@@ -282,16 +272,14 @@ def _put_spectral(
             fits.numbers[rows[good], NUMBERS + 4] = np.where(spectra.white < DECIDED, spectra.slow, 0.0)
 
 
-def _show_contact(
-    batch: Batch, wanted: Wanted, ends: Ends, used: BoolArray, deepest: FloatArray
-) -> BoolArray:
+def _show_contact(batch: Batch, wanted: Wanted, ends: Ends, used: BoolArray) -> BoolArray:
     """Whether a constant force leaves significantly larger squares."""
     level, count = batch.force - ends.theta[:, TILT, None] * batch.place, used.sum(axis=1)
     mean = (level * used).sum(axis=1) / count if wanted.free[BASE] else wanted.known[BASE]
     total = (((level - np.reshape(mean, (-1, 1))) * used) ** 2).sum(axis=1)
     grows = (total / np.maximum(ends.misfit, 1e-300) - 1.0) * count >= SEEN
     rounded = count * (_ROUNDED * np.abs(level * used).max(axis=1)) ** 2
-    return np.asarray(grows & (deepest > 0.0) & (total > rounded))
+    return np.asarray(grows & (total > rounded))
 
 
 def _first_places(search: _Search, batch: Batch, known: FloatArray) -> tuple[FloatArray, IndexArray]:
@@ -374,9 +362,12 @@ def _descend_from(
         ends = _descend_off_jumps(search, batch, ends, used, enough)
     counted, rows, at = used.sum(axis=1), np.arange(count), np.argmax(batch.place, axis=1)
     deepest = batch.place[rows, at] - ends.theta[:, POINT] - batch.softness * ends.force[rows, at]
-    shows = _show_contact(batch, wanted, ends, used, deepest)
-    at_end = search.at_end(ends.theta)
-    fits.ended[:] = np.select([~ends.settled, ~shows, at_end], [UNSETTLED, NO_CONTACT, AT_END], FITTED)
+    shows, at_end = _show_contact(batch, wanted, ends, used), search.at_end(ends.theta)
+    fits.ended[:] = np.select(
+        [~ends.settled, ~shows, deepest <= 0.0, at_end],
+        [UNSETTLED, NO_CONTACT, UNDETERMINED, AT_END],
+        FITTED,
+    )
     fits.numbers[:, :NUMBERS] = ends.theta
     fits.numbers[:, NUMBERS : NUMBERS + 4] = np.column_stack(
         [ends.misfit, counted, deepest, np.full(count, math.inf)]
