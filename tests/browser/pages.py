@@ -44,7 +44,7 @@ class Page:
                 if value := holds():
                     return value
             assert time.monotonic() < end, f"in vain for {seconds} s; the page says {self.status()!r}"
-            time.sleep(0.05)
+            time.sleep(0.2)  # a look walks through the whole page
 
     def all(self, selector):
         return self.driver.execute_script(_ALL, selector)
