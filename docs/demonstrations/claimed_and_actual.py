@@ -4,13 +4,14 @@ Claimed and actual errors
 
 Numerical results are often called exact because they agree with a closed form in one case. This program shows solutions of random
 problems of eleven kinds by pymdr next to references that share no code with pymdr. Every point shows the claimed and the actual
-error of one quantity of one problem. ``python -m tests.accuracy --quick --count 3000 --folder out`` and
+error of one quantity of one problem. ``python -m tests.accuracy --quick --count 1100 --folder out`` and
 ``python -m benchmarks.accuracy --folder out docs/demonstrations/claimed_and_actual.csv`` repeat the study.
 """
 
 from pathlib import Path
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.figure import Figure
 
 try:
@@ -42,10 +43,10 @@ axes = figure.subplots()
 axes.axvspan(smallest, 1e-9, color="#009E73", alpha=0.08, lw=0)
 axes.fill_between(line, smallest, 10 * line + 1e-14, color="0.5", alpha=0.15, lw=0, label="allowed")
 names = {"closures": "force curves", "plane": "shifts in the plane"}
-for number, kind in enumerate(dict.fromkeys(study["kind"].tolist())):
+kinds = dict.fromkeys(study["kind"].tolist())
+for kind, colour in zip(kinds, (*colormaps["tab10"].colors, "black"), strict=True):
     some = study["kind"] == kind
-    marker = "." if number < 10 else "+"  # there are ten colours
-    axes.plot(x[some], y[some], marker, ms=4, alpha=0.6, label=names.get(kind, kind))
+    axes.plot(x[some], y[some], ".", color=colour, ms=4, alpha=0.6, label=names.get(kind, kind))
 axes.plot(line, line, "k", lw=0.8, label="actual = claimed")
 axes.set_xscale("log")
 axes.set_yscale("log")
