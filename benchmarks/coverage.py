@@ -1,6 +1,6 @@
 """How often the intervals of fits hold what made the record: laws, tips and machines, with noise of 1 % and a drift.
 
-``python -m benchmarks.coverage --count 1000`` fits as many records of each law, each with noise of its own on a tilted baseline, and prints the share of the
+``python -m benchmarks.coverage --count 1000`` fits as many records of each law, each with noise of its own on a tilted baseline, and prints the fraction of the
 intervals of 95 % that hold the truth, with the mean and the spread of what is off in standard errors; 93 to 97 % is the aim.
 ``--only layer memory`` takes some of them. The seed is fixed, so that the same command prints the same.
 
@@ -138,7 +138,7 @@ def records(study, count, seed):
 
 
 def covered(study, count, seed=SEED, workers=1, progress=None):
-    """Of every number the share of intervals that hold it, and mean and spread of what is off in standard errors; and the endings."""
+    """Of every number the fraction of intervals that contain it, and mean and spread of what is off in standard errors; and the endings."""
     fitted = mdr.fit_map(
         study.start,
         records(study, count, seed),
@@ -306,7 +306,9 @@ def print_coloured(fits, count, seed, samples=SAMPLES):
     for name, colour in COLOURS.items():
         for n in samples:
             by_fit, by_map, factor, noted = coloured(colour.noise, fits, count, n, seed)
-            one, other = (", ".join(f"{share:.1%}" for share in part.values()) for part in (by_fit, by_map))
+            one, other = (
+                ", ".join(f"{fraction:.1%}" for fraction in part.values()) for part in (by_fit, by_map)
+            )
             lengths = colour.lengths(n)
             number = f"{lengths:.3g}" if math.isfinite(lengths) else "-"
             print(f"| {name} | {n} | {number} | {one} | {other} | {factor:.3g} | {noted:.0%} |", flush=True)
@@ -335,9 +337,10 @@ def main(words=None):
     for law in given.only:
         table, counts = covered(STUDIES[law], given.count, given.seed, given.workers)
         ended = ", ".join(f"{n} {how}" for how, n in counts.items())
-        for name, (share, mean, spread) in table.items():
+        for name, (fraction, mean, spread) in table.items():
             print(
-                f"{law}: {name} {share:.1%}, off by {mean:+.2f} +- {spread:.2f} errors; {ended}", flush=True
+                f"{law}: {name} {fraction:.1%}, off by {mean:+.2f} +- {spread:.2f} errors; {ended}",
+                flush=True,
             )
 
 

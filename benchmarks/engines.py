@@ -16,9 +16,9 @@ PIXELS, RADIUS = 256, 0.3
 def _rough() -> tuple[np.ndarray, float]:
     """A self-affine surface, H = 0.8, and a depth of some rms that 3 % of the pixels touch."""
     q = np.hypot(*np.meshgrid(*2 * (np.fft.fftfreq(PIXELS, 1 / PIXELS),)))
-    share = np.where((q > 0) & (q <= PIXELS / 8), np.maximum(q, 4.0) ** -1.8, 0.0)
+    fraction = np.where((q > 0) & (q <= PIXELS / 8), np.maximum(q, 4.0) ** -1.8, 0.0)
     noise = np.fft.fft2(np.random.default_rng(3).standard_normal(q.shape))
-    heights = np.fft.ifft2(noise * share).real
+    heights = np.fft.ifft2(noise * fraction).real
     return PIXELS * heights / heights.std(), 2.0 * PIXELS
 
 

@@ -26,10 +26,10 @@ assert abs(float(pressed["normal_stiffness"][-1]) / (1.15230 * modulus * 1e-3) -
 
 # %%
 # At small loads the stiffness grows more slowly with the load than the power law with its published constant:
-share = pressed["normal_stiffness"].values / full
-some = (share > 0.05) & (share < 0.4)
+fraction = pressed["normal_stiffness"].values / full
+some = (fraction > 0.05) & (fraction < 0.4)
 force = pressed["normal_force"].values
-exponent = np.polyfit(np.log(force[some]), np.log(share[some]), 1)[0]
+exponent = np.polyfit(np.log(force[some]), np.log(fraction[some]), 1)[0]
 print(f"k ~ F^{exponent:.2f}; the power law of many decades is F^{1 / 1.8:.2f}")
 assert 0.4 < exponent < 1 / 1.8
 

@@ -402,8 +402,8 @@ class Study:
         """Outcomes that ended in anything but an answer or a refusal."""
         return [o for o in self.outcomes if o.crashes]
 
-    def share_exact(self, smooth=True):
-        """The share of solved profiles, smooth or not, whose main quantities are all claimed EXACT."""
+    def fraction_exact(self, smooth=True):
+        """The fraction of solved profiles, smooth or not, whose main quantities are all claimed EXACT."""
         solved = [all(o.exact) for o in self.outcomes if o.exact and o.smooth == smooth]
         return float(np.mean(solved)) if solved else float("nan")
 
@@ -453,7 +453,7 @@ class Study:
                 )
         lines += [
             "",
-            f"EXACT: {self.share_exact():.1%} of smooth profiles solved, {self.share_exact(False):.1%} of the others",
+            f"EXACT: {self.fraction_exact():.1%} of smooth profiles solved, {self.fraction_exact(False):.1%} of the others",
             f"median of claimed over actual error: {self.overestimate():.3g}",
             f"values of unknown error: {sum(o.unknown for o in self.outcomes)}; "
             f"rows claimed not valid: {sum(o.invalid for o in self.outcomes)}; "

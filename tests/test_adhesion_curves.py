@@ -793,11 +793,11 @@ def test_a_zone_below_one_rounding_of_the_radius_is_that_of_jkr():
         result = narrow.states(narrow.ends[1] + narrow._radii.parameter(a))
         limit = sharp.states(sharp._radii.parameter(a) if beyond else a)
         # the zone of Dugdale (1960) before a square root, K^2 = 2 E* work
-        share = np.pi * modulus * work / (4.0 * strength**2) / distance
+        fraction = np.pi * modulus * work / (4.0 * strength**2) / distance
         opening = np.sqrt(2.0 * np.pi * a * work / modulus)
         depth, force = line.g(a) + opening, limit.normal_force + 4.0 * modulus * a * opening
-        assert np.all(np.abs(result.indentation - limit.indentation) <= (8.0 * share + 1e-13) * depth)
-        assert np.all(np.abs(result.normal_force - limit.normal_force) <= (8.0 * share + 1e-13) * force)
+        assert np.all(np.abs(result.indentation - limit.indentation) <= (8.0 * fraction + 1e-13) * depth)
+        assert np.all(np.abs(result.normal_force - limit.normal_force) <= (8.0 * fraction + 1e-13) * force)
         if beyond == 0.0:
             rates = zip(narrow.slopes(narrow.ends[1] + a), sharp.slopes(a), strict=True)
             assert all(np.allclose(mine, theirs, rtol=1e-5, atol=0.0) for mine, theirs in rates)

@@ -307,8 +307,8 @@ def test_coarse_rows_on_soft_machines_are_those_of_fine_rows(seed):
     moduli = 10.0 ** rng.uniform(-0.5, 1.0, rng.integers(1, 3))
     series = mdr.Prony(0.25, moduli, 10.0 ** rng.uniform(-1.0, 1.0, moduli.size))
     work = 10.0 ** rng.uniform(-1.0, 0.5)
-    reach = 0.5 * 10.0 ** rng.uniform(-0.7, 0.4) * work ** (2.0 / 3.0)
-    law = mdr.MaugisDugdale(work, range=reach)
+    extent = 0.5 * 10.0 ** rng.uniform(-0.7, 0.4) * work ** (2.0 / 3.0)
+    law = mdr.MaugisDugdale(work, range=extent)
     adhesive = mdr.Contact(BALL, mdr.Viscoelastic(series, poisson=0.5), adhesion=law)
     stiffness, depth, speed = (
         10.0 ** rng.uniform(-1.5, 0.5),
@@ -316,7 +316,9 @@ def test_coarse_rows_on_soft_machines_are_those_of_fine_rows(seed):
         10.0 ** rng.uniform(-1.0, 1.5),
     )
     low, count, parts = -8.0 * work / stiffness - 4.0, int(rng.integers(6, 20)), 16
-    press = mdr.Path(time=np.linspace(0.0, (depth + reach) / speed, 8), travel=np.linspace(-reach, depth, 8))
+    press = mdr.Path(
+        time=np.linspace(0.0, (depth + extent) / speed, 8), travel=np.linspace(-extent, depth, 8)
+    )
     coarse, fine = (
         mdr.solve(
             adhesive,
@@ -345,11 +347,11 @@ def test_any_retraction_dissipates_between_the_limits(strength, speed, depth, si
         mdr.Viscoelastic(solid, poisson=0.5),
         adhesion=mdr.MaugisDugdale(modulus * length, strength=strength * modulus),
     )
-    reach = (8.0 + depth) * length
+    extent = (8.0 + depth) * length
     path = (
         mdr.indent(depth * length, steps=5, duration=2.0 * tau)
         >> mdr.hold(tau)
-        >> mdr.indent(depth * length - reach, steps=60, duration=reach / length / speed * tau)
+        >> mdr.indent(depth * length - extent, steps=60, duration=extent / length / speed * tau)
     )
     result = mdr.solve(soft, path)
     spent = result["dissipated_energy"].values

@@ -506,9 +506,9 @@ def carried(result, step, a):
     t, weight = np.polynomial.legendre.leggauss(40)
     edges = 0.5 * math.pi * np.array([0.0, 1e-6, 1e-4, 1e-2, 0.2, 0.8, 0.96, 1.0])
     angle = (edges[:-1, None] + 0.5 * np.diff(edges)[:, None] * (t + 1.0)).ravel()
-    share = (0.5 * np.diff(edges)[:, None] * weight).ravel()
+    fraction = (0.5 * np.diff(edges)[:, None] * weight).ravel()
     p = result.field("pressure", a * np.sin(angle), step).values
-    return 2 * math.pi * a * a * float(np.sum(share * p * np.sin(angle) * np.cos(angle)))
+    return 2 * math.pi * a * a * float(np.sum(fraction * p * np.sin(angle) * np.cos(angle)))
 
 
 @pytest.mark.parametrize("profile", [BALL, mdr.Sphere(6.0), mdr.PowerLaw(4, 1.0, 1.0), wavy(0.002, 30.0)])
@@ -636,12 +636,12 @@ def test_sharp_punches_of_any_size_under_a_load(radius, modulus, work, range_, s
 
 
 @settings(max_examples=examples(25), deadline=None)
-@given(b=st.floats(0.01, 10.0), work=st.floats(1e-4, 1.0), share=st.floats(-0.999, 3.0))
-@example(b=1.71875, work=1.0, share=2.220446049250313e-16)
-def test_a_sharp_edge_releases_energy_only_where_it_is_open(b, work, share):
-    d = share * opening(b, 1.0, work)
+@given(b=st.floats(0.01, 10.0), work=st.floats(1e-4, 1.0), fraction=st.floats(-0.999, 3.0))
+@example(b=1.71875, work=1.0, fraction=2.220446049250313e-16)
+def test_a_sharp_edge_releases_energy_only_where_it_is_open(b, work, fraction):
+    d = fraction * opening(b, 1.0, work)
     result = mdr.solve(contact(mdr.FlatPunch(b), mdr.JKR(work)), mdr.indent(max(d, 0.0)) >> mdr.indent(d))
-    released = work * max(-share, 0.0) ** 2
+    released = work * max(-fraction, 0.0) ** 2
     assert last(result, "energy_release_rate") == pytest.approx(released, rel=1e-12, abs=1e-14 * work)
 
 
@@ -1011,15 +1011,15 @@ def test_a_tip_pulls_most_where_a_dead_load_would_lose_it(exponent, height, work
 
 
 @settings(max_examples=examples(20), deadline=None)
-@given(share=st.floats(0.05, 2.0), exponent=st.floats(1.0, 3.0), stiffness=st.sampled_from([0.0, 1e6]))
-def test_a_profile_that_ends_too_early_is_refused_as_by_solve(share, exponent, stiffness):
+@given(fraction=st.floats(0.05, 2.0), exponent=st.floats(1.0, 3.0), stiffness=st.sampled_from([0.0, 1e6]))
+def test_a_profile_that_ends_too_early_is_refused_as_by_solve(fraction, exponent, stiffness):
     law = mdr.JKR(0.01)
     unloaded = mdr.solve(contact(mdr.PowerLaw(exponent, 1.0, 1.0), law), mdr.load(0.0))
-    r = np.linspace(0.0, share * last(unloaded, "contact_radius"), 60)
+    r = np.linspace(0.0, fraction * last(unloaded, "contact_radius"), 60)
     known = contact(mdr.Sampled(r, r**exponent), law)
-    if share > 1.01:
+    if fraction > 1.01:
         assert mdr.pull_off(known, machine_stiffness=stiffness).jump_in_radius > 0.0
-    elif share < 0.99:
+    elif fraction < 0.99:
         for call in (
             lambda: mdr.pull_off(known, machine_stiffness=stiffness),
             lambda: mdr.solve(known, mdr.load(0.0)),

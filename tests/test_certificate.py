@@ -172,8 +172,8 @@ def test_the_ring_next_to_a_kink_and_its_fraction_of_the_load():
         tension = np.where(p < 0, -p * 2 * math.pi * (0.3 + side * delta), 0.0)
         total += float(np.trapezoid(tension, delta))
         width += float(delta[p < 0].max())
-    share = total / float(result["normal_force"][0])
-    assert float(claim.error[0]) == pytest.approx(share, rel=2e-3)
+    fraction = total / float(result["normal_force"][0])
+    assert float(claim.error[0]) == pytest.approx(fraction, rel=2e-3)
     assert 0 < width < 1e-3 * a
 
 
@@ -227,14 +227,14 @@ def dented(jump, radius=0.3):
 @pytest.mark.long
 @settings(max_examples=8, deadline=None)
 @given(st.floats(1e-4, 0.015), st.floats(0.1, 0.9), st.floats(1.1, 30.0), st.floats(0.05, 0.95))
-def test_friction_passes_over_a_narrow_ring_as_without_it(jump, radius, beyond, share):
+def test_friction_passes_over_a_narrow_ring_as_without_it(jump, radius, beyond, fraction):
     """F_x = mu [F_N(d) - F_N(d - v)] of the frictionless contact, and the springs one by one."""
     tip = dented(jump * radius, radius)
     d, mu = beyond * radius**2, 0.4
     similar = mdr.Elastic(1.0, 0.0)
     joint = mdr.Contact(tip, similar, similar, friction=mdr.Coulomb(mu))
     bare = mdr.Contact(tip, similar, similar)
-    v = share * d
+    v = fraction * d
     # E*/G* is 1 at Poisson's ratio 0
     result = mdr.solve(joint, mdr.indent(d) >> mdr.shift(mu * v))
     depths = np.array([d - v, d])

@@ -610,8 +610,8 @@ def test_a_ring_by_boundary_elements_rubs_as_its_curve_does():
     d, u = np.full(3, 0.2e-6), [0.0, 0.2e-6, -0.1e-6]
     solved = mdr.solve(joint, mdr.Path(indentation=d - closure_of(curve).contact_point, shift=u))
     grid = solve_sliding(hollow.profile, body, body, 0.4, d, u, HalfSpaceGrid(32))
-    share = solved["tangential_force"].values / solved["normal_force"].values
-    assert np.allclose(share, grid.tangential_force / grid.normal_force, rtol=0.05, atol=1e-3)
+    fraction = solved["tangential_force"].values / solved["normal_force"].values
+    assert np.allclose(fraction, grid.tangential_force / grid.normal_force, rtol=0.05, atol=1e-3)
     assert mdr.equivalent_profile(curve).max_radius > 0.0
 
 

@@ -127,7 +127,7 @@ def test_conductance_is_that_of_the_disk_at_any_size(shape, young, one, other):
 
 @settings(max_examples=6, deadline=None)
 @given(shapes(), conductivities, conductivities, st.floats(0.01, 0.99))
-def test_the_flux_makes_the_disk_isothermal(shape, one, other, share):
+def test_the_flux_makes_the_disk_isothermal(shape, one, other, fraction):
     profile, depth = shape
     contact = mdr.Contact(
         profile,
@@ -141,7 +141,7 @@ def test_the_flux_makes_the_disk_isothermal(shape, one, other, share):
         return result.field("heat_flux", s).values
 
     # the drop 1 is divided between the bodies as their resistances
-    rise = potential(flux, a, share * a)
+    rise = potential(flux, a, fraction * a)
     assert rise / one + rise / other == pytest.approx(1.0, rel=1e-9)
     t = 0.5 * math.pi * (0.5 + 0.5 * NODES)
     whole = np.sum(WEIGHTS * flux(a * np.sin(t)) * np.sin(t) * np.cos(t)) * 0.5 * (math.pi * a) ** 2
@@ -154,10 +154,12 @@ def test_the_flux_makes_the_disk_isothermal(shape, one, other, share):
 
 def ring_conductance(zones, n):
     """Conductance 2 lambda_eff = 1 of rings by brute force: constant fluxes over n rings, graded to all edges."""
-    share = 0.5 * (1.0 - np.cos(np.linspace(0.0, math.pi, n + 1)))
+    fraction = 0.5 * (1.0 - np.cos(np.linspace(0.0, math.pi, n + 1)))
     low, high = np.concatenate(
         [
-            np.stack([(inner + (outer - inner) * share)[:-1], (inner + (outer - inner) * share)[1:]], axis=1)
+            np.stack(
+                [(inner + (outer - inner) * fraction)[:-1], (inner + (outer - inner) * fraction)[1:]], axis=1
+            )
             for inner, outer in zones
         ]
     ).T
@@ -499,13 +501,13 @@ def bar(areas, conductivity, t0, voltage=None, current=None):
     st.floats(0.02, 0.9),
     st.floats(-2.0, 2.0),
 )
-def test_joule_heat_of_bars_of_any_shape(logs, t0, share, other):
+def test_joule_heat_of_bars_of_any_shape(logs, t0, fraction, other):
     """Any necks in a row; where both ends are of two metals, the law of the voltage holds, that of the current too."""
     n, t0 = 4000, 10.0**t0
     areas = np.exp(np.interp(np.linspace(0.0, 1.0, n), np.linspace(0.0, 1.0, len(logs)), logs))
     conductivity = np.where(np.arange(n) < n // 3, 1.0, 10.0**other)
     cold = float(np.sum(LORENZ * t0 / (conductivity * areas)))
-    amperes = share * math.pi * t0 * math.sqrt(LORENZ) / cold
+    amperes = fraction * math.pi * t0 * math.sqrt(LORENZ) / cold
     hottest, volts, cold = bar(areas, conductivity, t0, current=amperes)
     heated = mdr.joule_heating(cold, current=amperes, temperature=t0)
     assert heated["largest_temperature"].item() == pytest.approx(hottest, rel=3e-4)
@@ -609,7 +611,7 @@ def test_an_open_contact_carries_nothing():
 
 @settings(max_examples=6, deadline=None)
 @given(shapes(), conductivities, conductivities, st.floats(0.05, 0.95))
-def test_frictional_heat_is_the_potential_of_what_rubs(shape, one, other, share):
+def test_frictional_heat_is_the_potential_of_what_rubs(shape, one, other, fraction):
     """The rise at any radius by direct summation of mu v p over the contact."""
     profile, depth = shape
     contact = mdr.Contact(
@@ -622,7 +624,7 @@ def test_frictional_heat_is_the_potential_of_what_rubs(shape, one, other, share)
     pressed = mdr.solve(replace(contact, friction=None), mdr.indent(depth))
     a = rubbed.data.attrs["contact_radius"]
     surface = rubbed.surface["temperature_rise"].isel(speed=0)
-    row = int(share * 80)
+    row = int(fraction * 80)
     r, u = surface["r"].values, surface.values
 
     def heat(s):
@@ -643,7 +645,7 @@ def test_frictional_heat_is_the_potential_of_what_rubs(shape, one, other, share)
 
 
 @pytest.mark.parametrize(
-    ("profile", "share"),
+    ("profile", "fraction"),
     [
         (mdr.FlatPunch(1e-3), 1.0),
         (mdr.Paraboloid(1e-2), 3.0 / 4.0),
@@ -653,14 +655,14 @@ def test_frictional_heat_is_the_potential_of_what_rubs(shape, one, other, share)
         (mdr.PowerLaw(4.0, 1e-5, 1e-3), 1.0 - (1.0 / 3.0) / (8.0 / 3.0)),
     ],
 )
-def test_mean_rise_of_closed_profiles(profile, share):
+def test_mean_rise_of_closed_profiles(profile, fraction):
     contact = mdr.Contact(profile, DISK, PIN, friction=mdr.Coulomb(0.2))
     rubbed = mdr.frictional_heat(contact, 1e-3, indentation=1e-6)
-    if share is None:
+    if fraction is None:
         a = rubbed.data.attrs["contact_radius"]
-        share = 1.0 - 2.0 / 2.5 * 1e-5 * math.sqrt(a / 1e-3) / 1e-6
+        fraction = 1.0 - 2.0 / 2.5 * 1e-5 * math.sqrt(a / 1e-3) / 1e-6
     ratio = rubbed["mean_temperature_rise"] / rubbed["largest_temperature_rise"]
-    assert ratio.item() == pytest.approx(share, rel=1e-12)
+    assert ratio.item() == pytest.approx(fraction, rel=1e-12)
 
 
 def test_moving_takes_heat_away_as_it_says():
@@ -681,11 +683,11 @@ def test_moving_takes_heat_away_as_it_says():
             heat = 0.3 * speed * largest * math.sqrt(1.0 - (s / a) ** 2)
             return heat * (1.0 - i0e(speed * s / (2.0 * 12e-6))) / 45.0
 
-        share = quad(lacks, 0.0, a, epsabs=0.0)[0] / rubbed["largest_temperature_rise"].item()
+        fraction = quad(lacks, 0.0, a, epsabs=0.0)[0] / rubbed["largest_temperature_rise"].item()
         quoted = re.search(
             r"removes the fraction ([0-9.e+-]+) of", rubbed.claims["largest_temperature_rise"].reason
         )
-        assert float(quoted[1]) == pytest.approx(share, rel=max(tolerance, 0.02))
+        assert float(quoted[1]) == pytest.approx(fraction, rel=max(tolerance, 0.02))
     (slow,) = (one for one in rubbed.assumptions if one.name == "slow sliding")
     assert slow.met
     fast = mdr.frictional_heat(contact, [1e-3, 10.0], normal_force="1 N")

@@ -212,17 +212,17 @@ def test_spikes_are_marked_and_nothing_else(places, height, jumps, seed):
 
 @settings(max_examples=examples(40), deadline=None)
 @given(st.floats(0.3, 1.5), st.floats(1.0, 5.0), st.booleans(), st.integers(0, 10**6))
-def test_the_plateau_of_a_detector_is_marked(share, log_ratio, returns, seed):
-    assume(abs(1.0 - share) > 5.0 / 10.0**log_ratio)
+def test_the_plateau_of_a_detector_is_marked(fraction, log_ratio, returns, seed):
+    assume(abs(1.0 - fraction) > 5.0 / 10.0**log_ratio)
     x, force = made(ratio=10.0**log_ratio, seed=seed)
     if returns:
         x, force = np.concatenate([x, x[::-1]]), np.concatenate([force, force[::-1]])
-    limit = share * 1e-8
+    limit = fraction * 1e-8
     clipped = np.minimum(force, limit)
     result = mdr.MeasuredCurve(force=clipped, indentation=x).mark_saturated()
     assert np.array_equal(result.force, clipped)
     saturated = force >= limit
-    if share < 1.0:
+    if fraction < 1.0:
         assert np.all(clipped[result.saturated] >= clipped.max() - 1.1e-3 * np.ptp(clipped))
         assert (
             np.count_nonzero(result.saturated) > 0.8 * np.count_nonzero(saturated)

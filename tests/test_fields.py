@@ -360,14 +360,14 @@ def test_tractions_of_many_disks_are_the_sum_of_their_pressures(profile, frictio
     st.floats(1e-3, 0.5),
     st.sampled_from([{}, {"adhesion": mdr.JKR(1e-6)}, {"adhesion": mdr.MaugisDugdale(1e-6, range=1e-9)}]),
 )
-def test_unloaded_springs_bear_nothing_whatever_the_profile_outside(size, share, law):
+def test_unloaded_springs_bear_nothing_whatever_the_profile_outside(size, fraction, law):
     """A profile whose waves are many where nobody has touched would take long to be mapped there."""
     radius = 10.0**size
     calls = []
 
     def wavy(r):
         calls.append(float(np.max(r)))
-        return r**2 / (2 * radius) + 1e-4 * radius * (1 - np.cos(r / (share * radius)))
+        return r**2 / (2 * radius) + 1e-4 * radius * (1 - np.cos(r / (fraction * radius)))
 
     contact = mdr.Contact(mdr.Function(wavy), mdr.Elastic(1e9, 0.3), **law)
     separated = mdr.solve(contact, mdr.indent(-1e-2 * radius, steps=3))

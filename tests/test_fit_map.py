@@ -919,10 +919,10 @@ def test_a_pull_of_a_few_samples_is_recovered_with_honest_errors():
 
 @settings(max_examples=examples(20), deadline=None)
 @given(st.floats(-3.0, -0.5), st.integers(300, 9000), st.booleans(), st.booleans())
-def test_a_contact_that_is_a_small_part_of_its_record_is_located(log_share, samples, knows_point, sticks):
-    share = max(10.0**log_share, 24.0 / samples)
+def test_a_contact_that_is_a_small_part_of_its_record_is_located(log_fraction, samples, knows_point, sticks):
+    fraction = max(10.0**log_fraction, 24.0 / samples)
     contact = contact_of("paraboloid", 3e3, 1e-6 if sticks else None)
-    positions = 1e-6 * np.linspace(1.0 - 1.0 / share, 1.0, samples)
+    positions = 1e-6 * np.linspace(1.0 - 1.0 / fraction, 1.0, samples)
     if sticks:
         positions = np.concatenate([positions, positions[::-1]])
     force = mdr.solve(contact, mdr.Path(indentation=positions))["normal_force"].values

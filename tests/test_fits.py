@@ -499,23 +499,23 @@ def test_an_unknown_at_its_bound_is_reported(tmp_path):
 
 @settings(max_examples=examples(16), deadline=None)
 @given(
-    share=st.floats(0.3, 1.5),
+    fraction=st.floats(0.3, 1.5),
     noise=st.floats(1e-5, 0.02),
     size=st.floats(-9.0, -2.0),
     seed=st.integers(0, 2**32 - 1),
 )
-def test_a_saturated_detector_is_reported(share, noise, size, seed):
+def test_a_saturated_detector_is_reported(fraction, noise, size, seed):
     radius = 10.0**size
     depth = 0.1 * radius * np.linspace(-0.5, 1.0, 400)
     force = 16e3 / 9 * math.sqrt(radius) * np.maximum(depth, 0.0) ** 1.5
     most = force.max()
     force = np.minimum(
-        force + noise * most * np.random.default_rng(seed).standard_normal(depth.size), share * most
+        force + noise * most * np.random.default_rng(seed).standard_normal(depth.size), fraction * most
     )
     soft = mdr.Contact(mdr.Paraboloid(radius), mdr.Elastic("2 kPa", 0.5))
     record = mdr.MeasuredCurve(force=force, indentation=depth)
     noted = any("saturated" in note for note in mdr.fit(soft, record, ["body.young"]).notes)
-    assert noted == (share < 1.0 - 3.0 * noise) or 1.0 - 0.05 - 4.0 * noise < share < 1.0 + 5.0 * noise
+    assert noted == (fraction < 1.0 - 3.0 * noise) or 1.0 - 0.05 - 4.0 * noise < fraction < 1.0 + 5.0 * noise
     cut = mdr.fit(soft, record.mark_saturated(), ["body.young"])
     assert not any("detector was saturated" in note for note in cut.notes)
     assert cut["body.young"].value == pytest.approx(1e3, abs=6.0 * cut["body.young"].error + 1e-3)

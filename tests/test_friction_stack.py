@@ -139,20 +139,20 @@ def test_mindlin_deresiewicz_loop():
         assert run.slip_distance[-1] == 0.0
 
 
-def slid_on_a_power_law(exponent, share):
+def slid_on_a_power_law(exponent, fraction):
     """Slip work of the first partial slip, over mu F_N times the shift, by quadrature without a difference."""
     v, weights = np.polynomial.legendre.leggauss(40)
     v = 0.5 * (v + 1.0)
     # W = 2 mu E s^3 / kappa^2 int_0^1 v (1 - v) a'(d - s v / kappa) dv for a = d^(1/n)
-    bend = (1.0 - share * v) ** (1.0 / exponent - 1.0)
-    return share**2 * (1.0 + exponent) / exponent**2 * float(v * (1.0 - v) * bend @ (0.5 * weights))
+    bend = (1.0 - fraction * v) ** (1.0 / exponent - 1.0)
+    return fraction**2 * (1.0 + exponent) / exponent**2 * float(v * (1.0 - v) * bend @ (0.5 * weights))
 
 
 @pytest.mark.parametrize("tabulated", [False, True])
 @settings(max_examples=examples(60), deadline=None)
 @given(st.floats(0.6, 5.0), st.floats(-10.0, -0.5), st.floats(0.05, 1.0), st.integers(0, 4), st.booleans())
 def test_slip_far_smaller_than_the_depth(tabulated, n, decades, d, turns, by_force):
-    mu, tangential, share = 0.4, 0.8, 10.0**decades
+    mu, tangential, fraction = 0.4, 0.8, 10.0**decades
     curves = (
         tabulated_curves(lambda d: d ** (1.0 / n), 1.0, 1.0) if tabulated else power_law_curves(n, 1.0, 1.0)
     )
@@ -162,16 +162,21 @@ def test_slip_far_smaller_than_the_depth(tabulated, n, decades, d, turns, by_for
     signs = np.append(0.0, np.cumprod(np.append(1.0, -np.ones(turns))))
     if by_force:
         # 1 - (1 - share)^m without the difference
-        pull = -np.expm1((1.0 + 1.0 / n) * np.log1p(-share))
+        pull = -np.expm1((1.0 + 1.0 / n) * np.log1p(-fraction))
         run = follow_forces(curves, np.full(signs.size, force), mu * force * pull * signs, mu, tangential)
     else:
-        run = follow_displacements(curves, np.full(signs.size, d), slides * share * signs, mu, tangential)
-    once = slid_on_a_power_law(n, share) * mu * force * slides * share
+        run = follow_displacements(curves, np.full(signs.size, d), slides * fraction * signs, mu, tangential)
+    once = slid_on_a_power_law(n, fraction) * mu * force * slides * fraction
     # every turn slips the same springs back, twice as far
     exact = once * (2.0 * np.arange(signs.size) - 1.0)
     assert np.all(np.diff(run.slip_work) >= 0.0)
-    assert worst(run.slip_work[1:], exact[1:]) < (1e-5 if tabulated and by_force else 2e-10) + 1e-14 / share
-    assert worst(run.stored_energy[1], 0.5 * run.tangential_force[1] * slides * share) < share + 1e-14 / share
+    assert (
+        worst(run.slip_work[1:], exact[1:]) < (1e-5 if tabulated and by_force else 2e-10) + 1e-14 / fraction
+    )
+    assert (
+        worst(run.stored_energy[1], 0.5 * run.tangential_force[1] * slides * fraction)
+        < fraction + 1e-14 / fraction
+    )
 
 
 @given(st.floats(0.01, 1.0), st.floats(0.5, 6.0))

@@ -277,11 +277,11 @@ def test_slope_of_force_and_work_are_radius_and_force():
         nodes, weights = np.polynomial.legendre.leggauss(12)
         s = 0.5 * (1.0 + nodes)
         y = d + (ahead - d) * s**4  # the mark is at the lower end or outside
-        share = (ahead - d) * 0.5 * weights * 4.0 * s**3
+        fraction = (ahead - d) * 0.5 * weights * 4.0 * s**3
         (_, f0, w0), (_, f1, w1) = (np.array(evaluate(curves, x)).ravel() for x in (d, ahead))
         a, force, _ = evaluate(curves, y)
-        assert f1 - f0 == pytest.approx(2.0 * np.dot(share, a), rel=1e-11 if d < 0.3 or d > 0.31 else 1e-7)
-        assert w1 - w0 == pytest.approx(np.dot(share, force), rel=1e-11)
+        assert f1 - f0 == pytest.approx(2.0 * np.dot(fraction, a), rel=1e-11 if d < 0.3 or d > 0.31 else 1e-7)
+        assert w1 - w0 == pytest.approx(np.dot(fraction, force), rel=1e-11)
 
 
 def test_noise_is_kept_and_reported():

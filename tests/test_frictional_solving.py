@@ -1420,13 +1420,13 @@ def test_errors_of_a_profile_propagate_to_its_friction(seed):
 
 def test_the_frame_of_cattaneo_and_mindlin_is_in_the_error_of_the_force():
     path = mdr.load("50 N") >> mdr.cycle(shift="1 um", cycles=1, steps=8) >> mdr.drag("1 N")
-    for poisson, share in ((0.0, 0.0), (0.15, 0.75e-3), (0.3, 1.5e-3), (0.5, 5e-3)):
+    for poisson, fraction in ((0.0, 0.0), (0.15, 0.75e-3), (0.3, 1.5e-3), (0.5, 5e-3)):
         steel = mdr.Elastic("210 GPa", poisson)
         result = mdr.solve(mdr.Contact(BALL, steel, steel, friction=mdr.Coulomb(0.3)), path)
         force, claim = result["tangential_force"].values, result.claims["tangential_force"]
         # the first row has no shift yet, and the force of the last one is prescribed
         assert claim.error[[0, -1]].tolist() == [0.0, 0.0]
         missed = claim.error[1:-1] * np.abs(force[1:-1])
-        assert missed[claim.error[1:-1] < 1.0] == pytest.approx(share * 0.3 * 50.0, rel=1e-12)
+        assert missed[claim.error[1:-1] < 1.0] == pytest.approx(fraction * 0.3 * 50.0, rel=1e-12)
     unlike = mdr.Contact(BALL, steel, mdr.Elastic("1 GPa", 0.3), friction=mdr.Coulomb(0.3))
     assert mdr.solve(unlike, path).claims["tangential_force"].error is None

@@ -139,14 +139,14 @@ def test_the_figures():
     result.plot(step=4)
 
 
-@given(R=st.floats(-8.0, 0.0), E=st.floats(3.0, 9.0), share=st.floats(0.1, 0.8), depth=st.floats(0.5, 3.0))
+@given(R=st.floats(-8.0, 0.0), E=st.floats(3.0, 9.0), fraction=st.floats(0.1, 0.8), depth=st.floats(0.5, 3.0))
 @settings(max_examples=examples(16), deadline=None)
-def test_lengths_and_moduli_scale(R, E, share, depth):
+def test_lengths_and_moduli_scale(R, E, fraction, depth):
     """With lengths in units of (R work^2 / E*^2)^(1/3) all balls are one ball, and shear only shrinks the contact."""
     radius, modulus = 10.0**R, 0.75 * 10.0**E
     work = 1e-6 * radius * 10.0**E
     unit = (radius * work**2 / 10.0 ** (2.0 * E)) ** (1.0 / 3.0)
-    shift = share * math.sqrt(2.0 * math.pi * work * math.sqrt(depth * unit * radius) * 1.5 / 10.0**E)
+    shift = fraction * math.sqrt(2.0 * math.pi * work * math.sqrt(depth * unit * radius) * 1.5 / 10.0**E)
     made = contact(mdr.Paraboloid(radius), work, mdr.Elastic(modulus, 0.5))
     result = mdr.solve(made, mdr.indent(depth * unit) >> mdr.shift(shift))
     alike = contact(mdr.Paraboloid(1.0), 1e-6, BODY)

@@ -92,11 +92,11 @@ def over_disk(result, row, weight, powers=None):
 
 
 @settings(max_examples=examples(30), deadline=None)
-@given(kind=st.sampled_from(KINDS), k=EXPONENTS, R=SIZES, share=st.floats(0.01, 0.15))
-def test_point_loads_make_the_displacement_of_the_axis(kind, k, R, share):
+@given(kind=st.sampled_from(KINDS), k=EXPONENTS, R=SIZES, fraction=st.floats(0.01, 0.15))
+def test_point_loads_make_the_displacement_of_the_axis(kind, k, R, fraction):
     """u(0) = cos(k pi/2) / (pi c) int p / s^(1 + k) dS, without the line; and the pressure carries the load."""
     body = body_of(k, R)
-    result = mdr.solve(mdr.Contact(profile_of(kind, R), body), mdr.indent(share * R))
+    result = mdr.solve(mdr.Contact(profile_of(kind, R), body), mdr.indent(fraction * R))
     c = mdr.effective_moduli(body).normal
     edge = float(result["contact_radius"][0])
     marks = {edge: 0.5 * (k - 1.0)} if kind == "flat" else dict.fromkeys(tip_of(kind, R), k)
@@ -105,7 +105,7 @@ def test_point_loads_make_the_displacement_of_the_axis(kind, k, R, share):
     load = over_disk(result, 0, lambda r: 2.0 * math.pi * r, marks)
     assert load == pytest.approx(float(result["normal_force"][0]), rel=1e-8)
     u = over_disk(result, 0, lambda r: 2.0 * np.cos(0.5 * math.pi * k) / c * r**-k, marks)
-    assert u == pytest.approx(share * R, rel=1e-7)
+    assert u == pytest.approx(fraction * R, rel=1e-7)
 
 
 @pytest.mark.parametrize(("kind", "k"), [("paraboloid", -0.5), ("paraboloid", 0.3), ("flat", 0.3)])
@@ -135,11 +135,11 @@ def test_point_loads_make_the_displacement_anywhere(kind, k):
 
 
 @settings(max_examples=examples(40), deadline=None)
-@given(kind=st.sampled_from(KINDS), k=EXPONENTS, R=SIZES, share=st.floats(0.01, 0.15))
-def test_energy_force_and_stiffness_are_derivatives(kind, k, R, share):
-    d = share * R * np.array([1.0 - 2e-4, 1.0 - 1e-4, 1.0, 1.0 + 1e-4, 1.0 + 2e-4])
+@given(kind=st.sampled_from(KINDS), k=EXPONENTS, R=SIZES, fraction=st.floats(0.01, 0.15))
+def test_energy_force_and_stiffness_are_derivatives(kind, k, R, fraction):
+    d = fraction * R * np.array([1.0 - 2e-4, 1.0 - 1e-4, 1.0, 1.0 + 1e-4, 1.0 + 2e-4])
     result = mdr.solve(mdr.Contact(profile_of(kind, R), body_of(k, R)), mdr.Path(indentation=d))
-    rates = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12.0 / (1e-4 * share * R)
+    rates = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12.0 / (1e-4 * fraction * R)
     energy, force = result["elastic_energy"].values, result["normal_force"].values
     assert float(rates @ energy) == pytest.approx(force[2], rel=1e-9)
     assert float(rates @ force) == pytest.approx(float(result["normal_stiffness"][2]), rel=1e-9)
@@ -193,12 +193,12 @@ def test_pull_off_of_powers(k, R, n, soft, work):
     body, work = body_of(k, R, 1e6 * 10.0**soft), 10.0**work * 1e-3 * R / 1e-6
     c = mdr.effective_moduli(body).normal
     contact = mdr.Contact(mdr.PowerLaw(n, 0.1 * R, R), body, adhesion=mdr.JKR(work))
-    for machine, share in ((0.0, 0.5 * (3.0 + k)), (math.inf, 0.5 * (1.0 - k))):
+    for machine, fraction in ((0.0, 0.5 * (3.0 + k)), (math.inf, 0.5 * (1.0 - k))):
         pull_off = mdr.pull_off(contact, machine_stiffness=machine)
         a = pull_off.contact_radius
         opening = math.sqrt(2.0 * math.pi * work * a ** (1.0 - k) / c)
         g = pull_off.indentation + opening
-        assert n * g == pytest.approx(share * opening, rel=1e-9)
+        assert n * g == pytest.approx(fraction * opening, rel=1e-9)
         assert pull_off.normal_force == pytest.approx(
             2.0 * c * a ** (1.0 + k) * (n * g / (n + 1.0 + k) / (1.0 + k) - opening / (1.0 + k)), rel=1e-9
         )
@@ -355,8 +355,8 @@ def test_cones_on_bodies_that_are_the_stiffer_the_smaller_a_contact_is(k, slope,
     slope, work, body = 10.0**slope, 10.0**work, body_of(k, 1.0, 1e6)
     c = mdr.effective_moduli(body).normal
     kappa = 0.5 * math.exp(math.lgamma(0.5) + math.lgamma(0.5 * (1.0 + k)) - math.lgamma(1.0 + 0.5 * k))
-    share = 0.5 * (1.0 - k) * math.sqrt(2.0 * math.pi * work / c) / (kappa * slope)
-    decades = math.log10(share) * 2.0 / (1.0 + k)
+    fraction = 0.5 * (1.0 - k) * math.sqrt(2.0 * math.pi * work / c) / (kappa * slope)
+    decades = math.log10(fraction) * 2.0 / (1.0 + k)
     contact = mdr.Contact(mdr.Cone(slope=slope), body, adhesion=mdr.JKR(work))
     if decades < -142.0:
         with pytest.raises(mdr.PymdrError, match="gives contact radii below 1e-140 m"):

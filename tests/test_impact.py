@@ -105,10 +105,10 @@ scales = st.floats(-9.0, 0.0).map(lambda p: 10.0**p)
 
 
 @settings(deadline=None, max_examples=examples(40))
-@given(n=exponents, size=scales, slope=st.floats(0.01, 0.2), share=st.floats(1e-6, 0.1))
-def test_power_laws_at_every_scale(n, size, slope, share):
+@given(n=exponents, size=scales, slope=st.floats(0.01, 0.2), fraction=st.floats(1e-6, 0.1))
+def test_power_laws_at_every_scale(n, size, slope, fraction):
     contact = mdr.Contact(mdr.PowerLaw(n, slope * size, size), RIGID_ON)
-    deep = share * slope * size
+    deep = fraction * slope * size
     energy = float(mdr.solve(contact, mdr.indent(deep))["elastic_energy"][-1])
     mass = 1e3 * size**3
     speed = math.sqrt(2 * energy / mass)

@@ -265,14 +265,14 @@ def test_a_liquid_takes_all_that_the_mass_had(fast, n):
     assert np.max(np.abs(whole / 0.5 - 1.0)) < 1e-4
 
 
-@pytest.mark.parametrize("share", [0.9, 0.99, 1.01])
-def test_a_flat_punch_rests_on_maxwells_liquid_from_the_critical_mass_on(share):
+@pytest.mark.parametrize("fraction", [0.9, 0.99, 1.01])
+def test_a_flat_punch_rests_on_maxwells_liquid_from_the_critical_mass_on(fraction):
     # the roots of m s^2 + m s / tau + k turn real where m = 4 k tau^2
     stiffness, tau = 4.0, 0.25
-    mass = share * 4 * stiffness * tau**2
+    mass = fraction * 4 * stiffness * tau**2
     hit = hit_on(mdr.Maxwell(1.0, tau), mdr.FlatPunch(0.5), mass=mass)
     assert next(a for a in hit.assumptions if a.name == "energy balance").met
-    if share > 1.0:
+    if fraction > 1.0:
         assert (hit.restitution, hit.contact_time) == (0.0, math.inf)
     else:
         e, time = flat_bounce(0.0, [stiffness], [tau], 1.0, mass)
@@ -300,7 +300,7 @@ def test_the_last_row_of_a_rebound_is_of_bodies_that_have_parted(law, profile, m
 # --- springs ------------------------------------------------------------------------------------------------
 
 
-def bounced(relaxation, height, share, mass, speed, step):
+def bounced(relaxation, height, fraction, mass, speed, step):
     """Verlet with springs in numpy, whose branches are moved exactly, and which part and touch by their trial force."""
     w, h = np.zeros(height.size), np.zeros((height.size, relaxation.moduli.size))
     x = step / relaxation.times
@@ -315,7 +315,7 @@ def bounced(relaxation, height, share, mass, speed, step):
         there = np.maximum(d - height, free)
         h = h * decay + (there - w)[:, None] * (mean * relaxation.moduli)
         w = there
-        new = float(share @ (relaxation.equilibrium * w + h.sum(axis=1)))
+        new = float(fraction @ (relaxation.equilibrium * w + h.sum(axis=1)))
         v -= 0.5 * step * (force + new) / mass
         force, t = new, t + step
         deepest = max(deepest, d)
@@ -467,22 +467,22 @@ def test_units_change_nothing(shear, n, length, clock, stress):
     kind=st.sampled_from(["kelvin-voigt", "maxwell", "solid", "power"]),
     modulus=st.floats(2.0, 11.0),
     time=st.floats(-15.0, 6.0),
-    share=st.floats(0.01, 0.99),
+    fraction=st.floats(0.01, 0.99),
     n=st.floats(0.3, 10.0),
     size=st.floats(-9.0, 0.0),
     speed=st.floats(-9.0, 3.0),
 )
 @example("power", 2.0, 0.0, 0.75, 0.5, 0.0, 0.0)
 @example("maxwell", 2.0, 0.0, 0.5, 0.375, -3.0, -9.0)
-def test_any_size_at_any_speed(kind, modulus, time, share, n, size, speed):
+def test_any_size_at_any_speed(kind, modulus, time, fraction, n, size, speed):
     modulus, time, size, speed = (10.0**x for x in (modulus, time, size, speed))
     shear = {
         "kelvin-voigt": lambda: mdr.KelvinVoigt(modulus, modulus * time),
         "maxwell": lambda: mdr.Maxwell(modulus, time),
-        "solid": lambda: mdr.StandardSolid(modulus, modulus * 10.0 ** (8.0 * share - 4.0), time),
-        "power": lambda: mdr.PowerLawRheology(modulus, time, share),
+        "solid": lambda: mdr.StandardSolid(modulus, modulus * 10.0 ** (8.0 * fraction - 4.0), time),
+        "power": lambda: mdr.PowerLawRheology(modulus, time, fraction),
     }[kind]()
-    hit = hit_on(shear, mdr.PowerLaw(n, share * size, size), mass=2e3 * size**3, speed=speed)
+    hit = hit_on(shear, mdr.PowerLaw(n, fraction * size, size), mass=2e3 * size**3, speed=speed)
     assert 0.0 <= hit.restitution <= 1.0 + 1e-9
     assert hit.claims["restitution"].error[0] < 1e-8
     assert next(a for a in hit.assumptions if a.name == "energy balance").met

@@ -51,8 +51,8 @@ def test_arcs_and_shares_are_their_integrals(k, s):
         arc = math.cos(k * math.pi / 2) * integral(lambda t: (1 - t * t) ** (-p / 2), s)
         assert arc_below(at, rest, k) == pytest.approx([arc], rel=1e-12)
         assert arc_above(at, rest, k) == pytest.approx([math.pi / 2 - arc], rel=1e-12)
-        share = float(mpmath.quad(lambda angle: mpmath.cos(angle) ** k, [0, math.asin(s)]))
-        assert fraction_below(at, k) == pytest.approx([share], rel=1e-13)
+        fraction = float(mpmath.quad(lambda angle: mpmath.cos(angle) ** k, [0, math.asin(s)]))
+        assert fraction_below(at, k) == pytest.approx([fraction], rel=1e-13)
 
 
 # --- quadrature that shares no code ----------------------------------------------------------------------
@@ -65,11 +65,11 @@ def graded(points):
     """Nodes and weights between some points, graded toward all of them; shape (..., points) gives (..., nodes)."""
     points = np.asarray(points, dtype=float)
     half = (np.diff(_EDGES)[:, None] * (_NODES + 1) / 2 + _EDGES[:-1, None]).ravel()
-    share = (np.diff(_EDGES)[:, None] * _WEIGHTS / 2).ravel()
+    fraction = (np.diff(_EDGES)[:, None] * _WEIGHTS / 2).ravel()
     low, high = points[..., :-1, None], points[..., 1:, None]
     width = (high - low) / 2
     nodes = np.stack([low + width * half, high - width * half], axis=-2)
-    weights = np.broadcast_to((width * share)[..., None, :], nodes.shape)
+    weights = np.broadcast_to((width * fraction)[..., None, :], nodes.shape)
     return tuple(x.reshape(*points.shape[:-1], -1) for x in (nodes, weights))
 
 

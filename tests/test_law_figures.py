@@ -335,8 +335,8 @@ def test_loops_stay_between_the_limits_of_friction(mu, swings, steady):
 
 @settings(max_examples=examples(10), deadline=None)
 @given(st.floats(0.03, 0.97))
-def test_curves_of_tractions_have_no_corners_where_stick_begins(share):
-    path = mdr.load("50 N") >> mdr.shift(share * 0.3 * 1.2 * 2.194e-6, steps=3)
+def test_curves_of_tractions_have_no_corners_where_stick_begins(fraction):
+    path = mdr.load("50 N") >> mdr.shift(fraction * 0.3 * 1.2 * 2.194e-6, steps=3)
     result = mdr.solve(JOINT, path)
     axes = result.figures()["tractions"].axes[0]
     line = next(line for line in axes.lines if line.get_label() == "step 3")

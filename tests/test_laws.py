@@ -429,12 +429,12 @@ def test_loops_of_any_tip_are_those_of_masing(exponent, friction, shares):
     slides = friction * moduli.normal / moduli.tangential * 1e-6
     study = mdr.friction_loop(joint, slides * np.array(shares), indentation="1 um")
     scale = friction * study.data.attrs["normal_force"] * slides
-    share = np.minimum(shares, 1.0)
-    expected = loop_energy(share, exponent) + 4.0 * (np.array(shares) - share)
+    fraction = np.minimum(shares, 1.0)
+    expected = loop_energy(fraction, exponent) + 4.0 * (np.array(shares) - fraction)
     # (g / d) ** (1 / n) turns roundings of g into 1 / n times as many, and 1e-13 is what the cancelling form has
     computed = study["dissipated_per_cycle"].values / scale
     assert computed == pytest.approx(expected, rel=3e-11 / min(exponent, 1.0), abs=1e-13)
-    force, stick = cattaneo_mindlin(share, exponent)
+    force, stick = cattaneo_mindlin(fraction, exponent)
     assert study["force_amplitude"].values * slides / scale == pytest.approx(
         force, rel=3e-12 / min(exponent, 1.0)
     )

@@ -56,8 +56,8 @@ def test_the_lower_bound_is_below_the_force_of_rings(seed):
         assert claim.level is mdr.Level.EXACT
         assert claim.error[0] < 1e-9
         assert ("trial pressures" in claim.reason) is refused
-        share = float(result["force_lower_bound"][0]) / ring_force(profile, body, depth, 3 * a)
-        assert (0.75 if refused else 1.0 - 1e-5) < share <= 1.0 + 1e-5
+        fraction = float(result["force_lower_bound"][0]) / ring_force(profile, body, depth, 3 * a)
+        assert (0.75 if refused else 1.0 - 1e-5) < fraction <= 1.0 + 1e-5
 
 
 def test_the_lower_bound_of_a_disk_is_its_force():

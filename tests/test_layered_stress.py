@@ -140,18 +140,18 @@ def test_layers_of_one_material_are_a_half_space(profile):
     kind=st.sampled_from(["flat", "cone", "tip"]),
     size=st.floats(-8.0, 0.0).map(lambda x: 10.0**x),
     thickness=st.floats(-1.7, 0.5).map(lambda x: 10.0**x),
-    share=st.floats(0.05, 0.5),
+    fraction=st.floats(0.05, 0.5),
 )
 @settings(max_examples=5, deadline=None)
-def test_profiles_with_kinks_on_layers_of_one_material(kind, size, thickness, share):
+def test_profiles_with_kinks_on_layers_of_one_material(kind, size, thickness, fraction):
     """The load on the line has a root behind a kink, which the waves have to resolve: they erred by up to all of the stress."""
     if kind == "tip":
         r = np.linspace(0.0, 0.5, 11)
         profile = mdr.Sampled(size * r, size * (0.5 * r**2 + 0.05 * r**3))
     else:
         profile = {
-            "flat": mdr.RoundedFlat(share * size, size),
-            "cone": mdr.RoundedCone(0.2 * share * size, half_angle="75 deg"),
+            "flat": mdr.RoundedFlat(fraction * size, size),
+            "cone": mdr.RoundedCone(0.2 * fraction * size, half_angle="75 deg"),
         }[kind]
     solid = mdr.Elastic("70 GPa", 0.3)
     layered = mdr.Layered([mdr.Layer(solid, thickness * size)], base=solid)
@@ -206,12 +206,12 @@ def test_interfaces_pass_tractions_and_displacements(body, r):
 
 @given(stacks(), st.floats(0.1, 2.0), st.floats(0.05, 0.95), st.integers(0, 3))
 @settings(max_examples=examples(8), deadline=None)
-def test_equilibrium_and_hooke_inside_layers(body, r, share, which):
+def test_equilibrium_and_hooke_inside_layers(body, r, fraction, which):
     inside = under_hertz(body)
     solids = [layer.material for layer in body.layers] + [body.base] * isinstance(body.base, mdr.Elastic)
     layer = min(which, len(solids) - 1)
     top = (0.0, *inside.interfaces)[layer]
-    z = top + share * (body.layers[layer].thickness if layer < len(body.layers) else 1.0)
+    z = top + fraction * (body.layers[layer].thickness if layer < len(body.layers) else 1.0)
     step = 1e-3
     shifts = step * np.array([-2.0, -1.0, 1.0, 2.0])
     slope = np.array([1.0, -8.0, 8.0, -1.0]) / (12.0 * step)
@@ -234,12 +234,12 @@ def test_equilibrium_and_hooke_inside_layers(body, r, share, which):
 
 @given(stacks(), st.floats(1.1, 3.0), st.floats(0.1, 1.0))
 @settings(max_examples=examples(6), deadline=None)
-def test_cylinders_around_the_load_are_in_balance(body, radius, share):
+def test_cylinders_around_the_load_are_in_balance(body, radius, fraction):
     inside = under_hertz(body)
     nodes, weights = np.polynomial.legendre.leggauss(32)
     tops = [0.0, *inside.interfaces]
     elastic = isinstance(body.base, mdr.Elastic)
-    ends = [*tops, tops[-1] + share] if elastic else tops
+    ends = [*tops, tops[-1] + fraction] if elastic else tops
     force = 0.0
     for layer, (top, bottom) in enumerate(itertools.pairwise(ends)):
         z = top + 0.5 * (bottom - top) * (nodes + 1.0)

@@ -307,8 +307,8 @@ def test_force_energy_and_stiffness_belong_together(body, profile, log_radius):
     start = 10.0**log_radius
     if line.breakpoints and start < 1.5 * line.breakpoints[-1]:
         start = 1.5 * line.breakpoints[-1]
-    for name, share in slopes_of_curves(line, start, 2.0 * start).items():
-        assert share == pytest.approx(1.0, abs=1e-8), name
+    for name, fraction in slopes_of_curves(line, start, 2.0 * start).items():
+        assert fraction == pytest.approx(1.0, abs=1e-8), name
 
 
 @settings(max_examples=examples(10), deadline=None)
@@ -500,9 +500,9 @@ def test_fields_by_waves(body, a):
     nodes, weights = np.polynomial.legendre.leggauss(80)
     ends = np.append(0.0, np.geomspace(1e-3, 20.0, 12))
     half = 0.5 * np.diff(ends)
-    k, share = (ends[:-1, None] + half[:, None] * (1.0 + nodes)).ravel(), (half[:, None] * weights).ravel()
+    k, fraction = (ends[:-1, None] + half[:, None] * (1.0 + nodes)).ravel(), (half[:, None] * weights).ravel()
     wave = (j0(np.outer(k, r)) @ ring) / (2.0 * math.pi) * Compliance(body).shortfall(k).real
-    u = springs - 2.0 / line.modulus * (j0(np.outer(places, k)) @ (share * wave))
+    u = springs - 2.0 / line.modulus * (j0(np.outer(places, k)) @ (fraction * wave))
     computed = result.field("normal_displacement", r=places).values
     assert computed == pytest.approx(u, abs=1e-8 * depth)
     gap = result.field("gap", r=places).values
@@ -548,8 +548,8 @@ def test_the_correction_of_a_thin_sample():
         on, deep = (
             mdr.solve(mdr.Contact(ball, one), mdr.Path(indentation=depth)) for one in (body, body.top)
         )
-        share = on["normal_force"].values / deep["normal_force"].values
-        assert factor.values == pytest.approx(share, rel=1e-9)
+        fraction = on["normal_force"].values / deep["normal_force"].values
+        assert factor.values == pytest.approx(fraction, rel=1e-9)
     assert result.claims["force_factor"].level is mdr.Level.EXACT
     assert "force factor" in result.summary()
     result.plot()
@@ -606,9 +606,9 @@ def test_the_lift_of_a_layer_is_detected_next_to_wide_contacts(load):
         * line.kernel.compliance.stacks[0].pressed_through(k * h)
         * np.outer(0.5 * np.diff(edges), weights).ravel()
     )
-    share = pressed * (np.cos(np.outer(k, x)) @ loads)
-    at_edge = j0(np.outer(a + h * np.linspace(-3.0, 3.0, 241), k)) @ share
-    middle = float(share.sum())
+    fraction = pressed * (np.cos(np.outer(k, x)) @ loads)
+    at_edge = j0(np.outer(a + h * np.linspace(-3.0, 3.0, 241), k)) @ fraction
+    middle = float(fraction.sum())
     assert lifted == pytest.approx(-at_edge.min() / max(middle, at_edge.max()), rel=2e-2)
 
 

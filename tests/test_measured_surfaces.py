@@ -96,10 +96,10 @@ MASKS = st.tuples(st.integers(2, 9), st.integers(2, 9), st.floats(0.0, 0.45), st
 @settings(max_examples=examples(40), deadline=None)
 @given(MASKS)
 def test_gaps_are_continued(mask):
-    nx, ny, share, seed = mask
+    nx, ny, fraction, seed = mask
     rng = np.random.default_rng(seed)
     heights = rng.standard_normal((nx, ny))
-    gap = rng.random((nx, ny)) < share
+    gap = rng.random((nx, ny)) < fraction
     gap[0, 0] = False
     if 2 * gap.sum() > gap.size:
         return
@@ -122,9 +122,9 @@ def test_gaps_are_continued(mask):
 @settings(max_examples=examples(40), deadline=None)
 @given(MASKS)
 def test_the_largest_rectangle(mask):
-    nx, ny, share, seed = mask
+    nx, ny, fraction, seed = mask
     rng = np.random.default_rng(seed)
-    gap = rng.random((nx, ny)) < share
+    gap = rng.random((nx, ny)) < fraction
     gap[0, 0] = not gap.any() or gap[0, 0]
     heights = np.where(gap, np.nan, np.arange(nx * ny, dtype=float).reshape(nx, ny))
     sizes = [
@@ -486,15 +486,15 @@ def test_bad_questions_of_a_bump(arguments, words):
         mdr.azimuthal_profile(np.ones((64, 64)))
 
 
-@pytest.mark.parametrize(("share", "fitted"), [(0.03, True), (0.27, False)])
-def test_interpolated_pixels_are_said_or_refused(share, fitted):
+@pytest.mark.parametrize(("fraction", "fitted"), [(0.03, True), (0.27, False)])
+def test_interpolated_pixels_are_said_or_refused(fraction, fitted):
     rng = np.random.default_rng(5)
     whole = mdr.Topography(1e-8 * random_surface(rng, 128, 0.6), "1 um")
     heights = whole.heights.copy()
-    heights[heights < np.quantile(heights, share)] = np.nan
+    heights[heights < np.quantile(heights, fraction)] = np.nan
     filled = mdr.Topography(heights, "1 um").fill_missing("interpolate").detrend("mean")
     true, results = (mdr.power_spectrum(one, periodic=True) for one in (whole, filled))
-    assert f"{100 * share:.2g} % of the pixels" in results.claims["power_spectrum"].reason
+    assert f"{100 * fraction:.2g} % of the pixels" in results.claims["power_spectrum"].reason
     q = 2.0 * np.pi * np.geomspace(3e6, 2e7, 20)
     low = np.divide(
         *(
@@ -502,7 +502,7 @@ def test_interpolated_pixels_are_said_or_refused(share, fitted):
             for one in (results, true)
         )
     )
-    assert np.min(low) >= 1.0 - 5.0 * share
+    assert np.min(low) >= 1.0 - 5.0 * fraction
     assert results.claims["law"].readable == fitted
     if fitted:
         assert results.fit.hurst_error > true.fit.hurst_error

@@ -346,11 +346,11 @@ def test_options_without_a_meaning_are_refused(arguments, words, tmp_path, shell
 
 @settings(max_examples=examples(15), deadline=None)
 @given(st.floats(-9.0, 0.0), st.floats(0.0, 9.0), st.floats(0.3, 0.8))
-def test_a_spring_that_deflects_more_than_it_travels_is_named(decades, stiff, share):
+def test_a_spring_that_deflects_more_than_it_travels_is_named(decades, stiff, fraction):
     size, young = 10.0**decades, 10.0**stiff
     depth = size * np.linspace(-0.1, 0.1, 80)
     force = 16.0 / 9.0 * young * np.sqrt(size) * np.maximum(depth, 0.0) ** 1.5
-    spring = share * force.max() / (0.1 * size)
+    spring = fraction * force.max() / (0.1 * size)
     ball = mdr.Contact(mdr.Paraboloid(size), mdr.Elastic(young, 0.5))
     with pytest.raises(ProblemError, match="check spring_constant"):
         mdr.fit(ball, mdr.MeasuredCurve(travel=depth, force=force, spring_constant=spring), ["body.young"])

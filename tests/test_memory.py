@@ -385,7 +385,7 @@ def test_a_liquid_sinks_and_a_body_without_load_creeps_back():
 def test_creep_compliance_ends_at_the_rubbery_one():
     body = Relaxation(0.5, np.array([1.0, 3.0, 10.0]), np.array([0.01, 1.0, 300.0]))
     modes = modes_of(body)
-    assert 1.0 / body.glassy + (modes.reach**2).sum() == pytest.approx(1.0 / body.rubbery, rel=1e-12)
+    assert 1.0 / body.glassy + (modes.participation**2).sum() == pytest.approx(1.0 / body.rubbery, rel=1e-12)
 
 
 @st.composite
@@ -478,7 +478,7 @@ def test_springs_that_move_as_one_bear_what_each_does(body, rows, machine, decad
     """Rows of any duration, of none too, far from and near the edge; lengths from nanometres to metres."""
     size = 10.0**decades
     wait = np.array([0.0 if sudden else 10.0**decade for decade, sudden, _ in rows])
-    t, depth = np.append(0.0, np.cumsum(wait)), size * np.array([0.0, *(share for *_, share in rows)])
+    t, depth = np.append(0.0, np.cumsum(wait)), size * np.array([0.0, *(fraction for *_, fraction in rows)])
     if body.viscosity > 0.0:  # a dashpot moves nowhere in no time, and takes any load then
         for row in np.flatnonzero(wait == 0.0):
             depth[row + 1] = depth[row]
@@ -662,7 +662,7 @@ def test_modes_keep_their_digits_over_many_decades(body, seed):
     assert (modes.rates > 0.0).all()
     # the creep of the modes is that of the springs and dashpots: 1/E* of a real s, whose terms have one sign
     s = 10.0 ** np.linspace(-16.0, 16.0, 33)[:, None]
-    creep_of = (modes.reach**2 * (modes.rates / (s + modes.rates))).sum(axis=1)
+    creep_of = (modes.participation**2 * (modes.rates / (s + modes.rates))).sum(axis=1)
     if body.viscosity == 0.0:
         creep_of += 1.0 / body.glassy
     if body.equilibrium == 0.0:

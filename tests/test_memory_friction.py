@@ -249,9 +249,9 @@ def brute(profile, shear, poisson, mu, t, d, u, springs=300, between=300):
     here = u[0]
     for k in range(1, t.size):
         for j in range(1, between + 1):
-            share = j / between
-            depth = d[k - 1] + share * (d[k] - d[k - 1])
-            shift = u[k - 1] + share * (u[k] - u[k - 1])
+            fraction = j / between
+            depth = d[k - 1] + fraction * (d[k] - d[k - 1])
+            shift = u[k - 1] + fraction * (u[k] - u[k - 1])
             dt = (t[k] - t[k - 1]) / between
             fade = 1.0 / (1.0 + dt / kernel.times)
             stiff = kernel.equilibrium + float(kernel.moduli @ fade)

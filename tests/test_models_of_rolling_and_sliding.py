@@ -58,7 +58,7 @@ def creeping(slopes, limit, creepage):
     st.floats(-9.0, 1.0),
     st.floats(0.05, 1.0),
 )
-def test_creep_forces_are_as_close_to_boundary_elements_as_claimed(poisson, direction, share, decade, mu):
+def test_creep_forces_are_as_close_to_boundary_elements_as_claimed(poisson, direction, fraction, decade, mu):
     radius = 10.0**decade
     body = mdr.Elastic(2.0 * (1.0 + poisson), poisson)
     contact = mdr.Contact(mdr.Paraboloid(radius), body, body, friction=mdr.Coulomb(mu))
@@ -68,7 +68,7 @@ def test_creep_forces_are_as_close_to_boundary_elements_as_claimed(poisson, dire
     slope = float(np.linalg.solve(slopes, np.ones(shape.size)).sum()) * cell
     limit = mu * peak * shape
     # the slope of these cells, which is Kalker's to 1 %
-    creepage = share * 3.0 * float(limit.sum()) * cell / slope
+    creepage = fraction * 3.0 * float(limit.sum()) * cell / slope
     exact = float(creeping(slopes, limit, creepage).sum() / limit.sum())
     for law in ("plain", "calibrated"):
         result = mdr.rolling(contact, creepage, indentation=a * a / radius, law=law, direction=direction)

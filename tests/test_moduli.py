@@ -153,8 +153,8 @@ STIFFNESS = st.floats(0.05, 20.0)
 
 @settings(max_examples=examples(150), deadline=None)
 @given(STIFFNESS, STIFFNESS, STIFFNESS, STIFFNESS, st.floats(-0.95, 0.95), st.floats(1e-6, 1e12))
-def test_transversely_isotropic_surfaces_against_waves(bulk, c33, c44, c66, share, unit):
-    c13 = share * math.sqrt(bulk * c33)
+def test_transversely_isotropic_surfaces_against_waves(bulk, c33, c44, c66, fraction, unit):
+    c13 = fraction * math.sqrt(bulk * c33)
     values = {"c11": bulk + c66, "c33": c33, "c13": c13, "c44": c44, "c66": c66}
     expected = compliance_of_waves(stiffness_matrix(**values))
     # the eigenvectors are lost where two roots meet, as in isotropic bodies

@@ -206,8 +206,8 @@ def test_intervals_cover_the_true_values(noise):
     }
     for procedure in ("power_law", "effective_shape"):
         for name, truth in truths.items():
-            share = covered(study, name, procedure, np.array(truth)).mean()
-            assert 0.90 <= share <= 0.98, (procedure, name)
+            fraction = covered(study, name, procedure, np.array(truth)).mean()
+            assert 0.90 <= fraction <= 0.98, (procedure, name)
 
 
 def calibration(rng, count=24, **noise):

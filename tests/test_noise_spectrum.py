@@ -248,16 +248,16 @@ def test_records_of_one_instrument_share_the_probability_of_white_noise():
     basis, back = design(n)
     tangents = np.tile(basis, (count, 1, 1))
 
-    def share(noise, prior):
+    def fraction(noise, prior):
         errors, left = noise @ basis.T, noise - (noise @ basis.T) @ basis
         covariance = back @ noise_spectra(left, tangents, prior=prior).covariance @ back.T
         inside = np.abs(errors @ back.T) < 1.96 * np.sqrt(np.einsum("mii->mi", covariance))
         return inside.mean(axis=0)[:2]
 
     hidden, white = anticorrelated(rng, count, n, 0.1, 10), rng.normal(size=(count, n))
-    assert np.all(share(hidden, None) > share(hidden, 0.5) + 0.02)
+    assert np.all(fraction(hidden, None) > fraction(hidden, 0.5) + 0.02)
     for noise in (white, anticorrelated(rng, count, n, 0.1, 50)):
-        assert np.all((share(noise, None) > 0.93) & (share(noise, None) < 0.97))
+        assert np.all((fraction(noise, None) > 0.93) & (fraction(noise, None) < 0.97))
     left = hidden[:1] - (hidden[:1] @ basis.T) @ basis
     alone, single = (noise_spectra(left, basis[None], prior=one).covariance for one in (None, WHITE_PRIOR))
     np.testing.assert_allclose(alone, single, rtol=1e-12)

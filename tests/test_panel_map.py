@@ -454,7 +454,7 @@ def test_what_a_line_gives_does_not_change_it(name):
 @given(
     st.integers(60, 250), st.floats(0.0, 0.03), st.integers(0, 10**6), st.floats(0.01, 0.99), st.booleans()
 )
-def test_bunched_panels_lead_back_to_the_surface(count, noise, seed, share, shape_preserving):
+def test_bunched_panels_lead_back_to_the_surface(count, noise, seed, fraction, shape_preserving):
     """The line leads back to the samples, and its integral over a disk of pressures is the load."""
     r = np.linspace(0.0, 1.0, count)
     f = r**2 / 2 * (1.0 + noise * np.random.default_rng(seed).standard_normal(count))
@@ -466,21 +466,21 @@ def test_bunched_panels_lead_back_to_the_surface(count, noise, seed, share, shap
     ups_and_downs = float(np.abs(np.diff(line.g(np.linspace(0.0, 1.0, 20_001)))).sum())
     allowed = (1e-13 + float(line.slope_error(1.0))) * ups_and_downs
     assert np.max(np.abs(gap - tip.gap(at))) < allowed
-    beyond = at[at > share]
-    parts = line.gap_between(beyond, 0.5 * share, share) + line.gap_integral(beyond, share)
-    whole = line.gap_integral(beyond, 0.5 * share)
+    beyond = at[at > fraction]
+    parts = line.gap_between(beyond, 0.5 * fraction, fraction) + line.gap_integral(beyond, fraction)
+    whole = line.gap_integral(beyond, 0.5 * fraction)
     assert np.max(np.abs(parts - whole), initial=0.0) < 1e-14 * ups_and_downs
     # x = sqrt(r^2 + t^2) leaves g' / x, whose roots behind samples are graded away
-    for radius in (1e-3 * share, 0.3 * share, 0.98 * share):
-        samples = r[(r > radius) & (r < share)]
-        edges = np.sqrt(np.append(samples, share) ** 2 - radius**2)
+    for radius in (1e-3 * fraction, 0.3 * fraction, 0.98 * fraction):
+        samples = r[(r > radius) & (r < fraction)]
+        edges = np.sqrt(np.append(samples, fraction) ** 2 - radius**2)
         s, w = np.polynomial.legendre.leggauss(24)
         start, width = np.append(0.0, edges[:-1])[:, None], np.diff(edges, prepend=0.0)[:, None]
         u = 0.5 * (s + 1.0)
         x = np.sqrt((start + width * u**2) ** 2 + radius**2)
         value = line.slope(x) / x * width * u * w
         size = np.abs(value).sum()
-        computed = float(line.pressure_integral(np.array([radius]), share)[0])
+        computed = float(line.pressure_integral(np.array([radius]), fraction)[0])
         assert abs(computed - value.sum()) < 1e-7 * size
 
 
@@ -779,9 +779,9 @@ def test_what_pressures_feel_of_errors_here_and_there(b, drowned, n, last):
 
 @settings(max_examples=examples(10), deadline=None)
 @given(SIZES, st.lists(st.floats(-9.0, 1.0), min_size=1, max_size=4), st.floats(-2.0, 2.0))
-def test_an_undetected_jump_affects_radii_far_outside(b, decades, share):
+def test_an_undetected_jump_affects_radii_far_outside(b, decades, fraction):
     """f' = s r / b + t (r > b): g, g', m and s are no farther off than ten times their errors."""
-    t = 10.0**share
+    t = 10.0**fraction
     profile = mdr.Function(derivative=lambda r: r / b + np.where(r > b, t, 0.0))
     line = PanelLine(Blind(profile))
     x = b * (1.0 + 10.0 ** np.array(decades))
@@ -889,9 +889,9 @@ def test_the_order_of_evaluations_changes_nothing(shoulders, first_read, size, g
         max_radius=10.0 * size,
     )
     line = equivalent_profile(profile)
-    for by_depth, k, share in first_read:
+    for by_depth, k, fraction in first_read:
         # panels end at breakpoints
-        x = np.array([marks[k % len(marks)] * share])
+        x = np.array([marks[k % len(marks)] * fraction])
         if by_depth:
             line.overlap_radius(float(exact(x)[0]))
         else:

@@ -27,11 +27,11 @@ def random_history(seed, rows=40):
     return 1e-6 * rng.uniform(0.2, 2.0, rows), 0.4e-6 * rng.uniform(-1.0, 1.0, (rows, 2))
 
 
-def random_forces(seed, share):
+def random_forces(seed, fraction):
     """Loads, and tangential forces of random directions up to a share of mu F_N."""
     rng = np.random.default_rng(seed)
     load = rng.uniform(1.0, 50.0, 60)
-    size, angle = 0.3 * load * rng.uniform(0.0, share, 60), rng.uniform(0.0, 2.0 * np.pi, 60)
+    size, angle = 0.3 * load * rng.uniform(0.0, fraction, 60), rng.uniform(0.0, 2.0 * np.pi, 60)
     return load, np.stack([size * np.cos(angle), size * np.sin(angle)], axis=1)
 
 
@@ -204,9 +204,9 @@ class TestControls:
         assert np.abs(again["tangential_force"].values - 0.98 * force).max() < 1e-4 * largest(moved)
 
     @pytest.mark.parametrize("seed", [6, 19, 33, 44, 56])
-    @pytest.mark.parametrize("share", [0.98, 1.0 - 1e-6])
-    def test_loads_and_forces_that_jump_together(self, seed, share):
-        load, force = random_forces(seed, share)
+    @pytest.mark.parametrize("fraction", [0.98, 1.0 - 1e-6])
+    def test_loads_and_forces_that_jump_together(self, seed, fraction):
+        load, force = random_forces(seed, fraction)
         result = mdr.solve(JOINT, mdr.Path(normal_force=load, tangential_force=force))
         assert result.status is mdr.Status.COMPLETED
         assert np.allclose(result["tangential_force"], force, rtol=0, atol=1e-9 * largest(result))
@@ -221,8 +221,8 @@ class TestControls:
 
     def test_every_force_below_friction_is_carried(self):
         # few springs touch in the second row: they carry mu F_N but for their number
-        load, share = np.array([50.0, 0.5, 20.0]), np.array([0.5, 1.0 - 1e-6, 1.0 - 1e-6])
-        force = 0.3 * (load * share)[:, None] * np.array([[1.0, 0.0], [0.6, 0.8], [0.0, -1.0]])
+        load, fraction = np.array([50.0, 0.5, 20.0]), np.array([0.5, 1.0 - 1e-6, 1.0 - 1e-6])
+        force = 0.3 * (load * fraction)[:, None] * np.array([[1.0, 0.0], [0.6, 0.8], [0.0, -1.0]])
         carried = mdr.solve(JOINT, mdr.Path(normal_force=load, tangential_force=force))
         assert carried.status is mdr.Status.COMPLETED
         glides = mdr.solve(JOINT, mdr.Path(normal_force=load, tangential_force=force * (1.0 + 2e-6)))

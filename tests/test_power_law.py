@@ -68,8 +68,8 @@ def test_growing_contacts_over_twelve_decades(seed):
                 if speed[i] > 0:
                     zero = t[i] - d[i] / speed[i]
                     whole = t[n] - zero
-                    share = mpmath.betainc(1.5, b, (t[i] - zero) / whole, (t[i + 1] - zero) / whole)
-                    force += 2 * speed[i] ** 1.5 * whole ** (b + 0.5) * share
+                    fraction = mpmath.betainc(1.5, b, (t[i] - zero) / whole, (t[i + 1] - zero) / whole)
+                    force += 2 * speed[i] ** 1.5 * whole ** (b + 0.5) * fraction
             truth.append(float(kernel.scale * mpmath.sqrt(radius) * force))
     np.testing.assert_allclose(result["normal_force"].values, truth, rtol=1e-6, atol=EXACT * max(truth))
     assert is_exact(result, "normal_force")

@@ -78,16 +78,19 @@ def test_hertz(n, force, stiffness, area):
 @needs_engine
 @settings(max_examples=8, deadline=None)
 @given(st.floats(-9, 3), st.floats(-6, 6), st.floats(3, 12), st.floats(0.1, 0.4), st.integers(30, 48))
-def test_claims_hold_for_hertz_at_all_scales(size, slope, modulus, share, n):
+def test_claims_hold_for_hertz_at_all_scales(size, slope, modulus, fraction, n):
     """The numbers differ from Hertz, counted from the highest pixel as from the apex, by no more than is claimed."""
     size, modulus = 10.0**size, 10.0**modulus
     radius = size * 10.0**slope
     body = mdr.Elastic(modulus, 0.0)
     heights = ball(n, radius, size)
-    depth = (share * size) ** 2 / radius
+    depth = (fraction * size) ** 2 / radius
     by_depth = mdr.press(mdr.Topography(heights, size), body, indentation=depth)
     true = {"normal_force": 4 / 3 * modulus * math.sqrt(radius) * depth**1.5}
-    true |= {"normal_stiffness": 2 * modulus * share * size, "contact_area": math.pi * (share * size) ** 2}
+    true |= {
+        "normal_stiffness": 2 * modulus * fraction * size,
+        "contact_area": math.pi * (fraction * size) ** 2,
+    }
     for name, value in true.items():
         error = abs(float(by_depth[name][0]) / value - 1)
         assert error <= by_depth.claims[name].error[0] < 0.6
@@ -167,9 +170,9 @@ def test_claims_hold_for_sharp_tips_between_pixels(sides, turned, left, up, half
     faces = [2 * math.pi * k / max(sides, 1) + turned for k in range(sides)]
     force = 2 / math.pi if sides == 0 else {4: 0.7377, 6: 0.6733}[sides]
     depth = 0.3 * size
-    for share in (1.0, 0.0):
-        x = spacing * (np.arange(n) - half)[:, None] - share * left * spacing
-        y = spacing * (np.arange(n) - half) - share * up * spacing
+    for fraction in (1.0, 0.0):
+        x = spacing * (np.arange(n) - half)[:, None] - fraction * left * spacing
+        y = spacing * (np.arange(n) - half) - fraction * up * spacing
         if sides:
             heights = -np.max([x * math.cos(f) + y * math.sin(f) for f in faces], axis=0)
         else:
@@ -186,11 +189,11 @@ def test_claims_hold_for_sharp_tips_between_pixels(sides, turned, left, up, half
 @needs_engine
 @settings(max_examples=8, deadline=None)
 @given(st.integers(0, 2**32), st.floats(0.02, 3.0), st.integers(9, 20))
-def test_any_surface_against_the_solver_of_the_house(seed, share, n):
+def test_any_surface_against_the_solver_of_the_house(seed, fraction, n):
     """Boundary elements that share no code: pressures of random surfaces, from one pixel to full contact."""
     rng = np.random.default_rng(seed)
     heights = rng.standard_normal((n, n)) * rng.uniform(0, 1) + ball(n, rng.uniform(0.02, 1.0))
-    depth = share * float(np.ptp(heights))
+    depth = fraction * float(np.ptp(heights))
     house = make_surface(0.5, n, UNIT, mdr.Rigid())
     cell = float(house.side)
     pressure = solve_pressure(house, heights.max() - heights, depth, np.zeros((n, n)))
@@ -386,8 +389,8 @@ def test_realised_surfaces_have_their_spectrum(hurst, waves, number, size):
     q = np.hypot(kx[:, None], ky)
     density = surface.spectrum_2d(q)
     density[0, 0] = 0.0
-    share = power / power.sum()
-    assert share == pytest.approx(density / density.sum(), rel=1e-9, abs=1e-12)
+    fraction = power / power.sum()
+    assert fraction == pytest.approx(density / density.sum(), rel=1e-9, abs=1e-12)
 
 
 def test_realised_surfaces_are_refused():
@@ -473,8 +476,8 @@ def test_tamaas_on_rough_surfaces(seed):
     ours, other = (
         find_engine(name).half_space((24, 24), (1.0, 1.0)) for name in ("tamaas", "contactmechanics")
     )
-    for share in (1e-3, 0.3, 3.0, 1e-3):
-        depth = share * float(np.ptp(heights))
+    for fraction in (1e-3, 0.3, 3.0, 1e-3):
+        depth = fraction * float(np.ptp(heights))
         result, known = ours.press(heights, indentation=depth), other.press(heights, indentation=depth)
         assert result.indentation == pytest.approx(depth, rel=1e-5)
         assert result.pressure.sum() == pytest.approx(known.pressure.sum(), rel=1e-5)
@@ -572,12 +575,12 @@ def test_figures_draw_the_largest_valid_load():
 @needs_engine
 @settings(max_examples=6, deadline=None)
 @given(st.integers(0, 2**32), st.floats(1e-3, 0.3), st.floats(-9, 3))
-def test_a_mean_pressure_is_not_above_the_peak(seed, share, decades):
+def test_a_mean_pressure_is_not_above_the_peak(seed, fraction, decades):
     """From one pixel on."""
     rng, size = np.random.default_rng(seed), 10.0**decades
     heights = size * (rng.standard_normal((12, 12)) * rng.uniform(0, 0.1) + ball(12, rng.uniform(0.02, 1.0)))
     pressed = mdr.press(
-        mdr.Topography(heights, size), UNIT, indentation=share * float(np.ptp(heights)), punch=True
+        mdr.Topography(heights, size), UNIT, indentation=fraction * float(np.ptp(heights)), punch=True
     )
     assert float(pressed["mean_pressure"][0]) <= float(pressed["peak_pressure"][0]) * (1.0 + 1e-12)
 

@@ -419,10 +419,10 @@ def test_what_is_no_record_is_refused(given, words):
 
 @settings(max_examples=examples(9), deadline=None)
 @given(st.floats(0.05, 0.9), st.integers(2, 4))
-def test_loops_of_a_saved_result(tmp_path_factory, share, cycles):
+def test_loops_of_a_saved_result(tmp_path_factory, fraction, cycles):
     """The shell tells of a result what the script does."""
     joint = mdr.Contact(mdr.Paraboloid("10 mm"), mdr.Elastic("200 GPa", 0.3), friction=mdr.Coulomb(0.3))
-    swing = mdr.cycle(shift=share * 1e-7, cycles=cycles, steps=40 * cycles)
+    swing = mdr.cycle(shift=fraction * 1e-7, cycles=cycles, steps=40 * cycles)
     result = mdr.solve(joint, mdr.indent("1 um") >> swing)
     file = tmp_path_factory.mktemp("loops") / "result.nc"
     result.save(file)

@@ -108,8 +108,8 @@ def test_storage_and_loss_are_fourier_integrals(rheology, omega):
         edges = np.unique(np.append(np.geomspace(1e-12, end, 200), np.linspace(0.0, end, 5000)))
         width = np.diff(edges)[:, None]
         t = (edges[:-1, None] + width * 0.5 * (nodes + 1.0)).ravel()
-        share = (0.5 * width * weights).ravel() * (rheology.relaxation(t) - rest)
-        cosine, sine = (omega * float(share @ wave(omega * t)) for wave in (np.cos, np.sin))
+        fraction = (0.5 * width * weights).ravel() * (rheology.relaxation(t) - rest)
+        cosine, sine = (omega * float(fraction @ wave(omega * t)) for wave in (np.cos, np.sin))
     size = math.hypot(rest + sine, cosine + omega * dashpot)
     assert float(rheology.storage(omega)) == pytest.approx(rest + sine, abs=1e-9 * size)
     assert float(rheology.loss(omega)) == pytest.approx(cosine + omega * dashpot, abs=1e-9 * size)
@@ -239,15 +239,15 @@ def test_spans_that_are_none(span):
 def test_modes_of_a_power_over_twelve_decades_creep_as_its_closed_form(exponent):
     law, span = mdr.PowerLawRheology("1 kPa", "1 s", exponent), (1e-9, 1e3)
     kernel = law.softened(span, 1e-6)
-    share, rate, decay, reach, into, back = kernel.modes
+    fraction, rate, decay, participation, into, back = kernel.modes
     assert decay[0] == 0.0
     assert (decay[1:] > rate[:-1]).all()
     assert (decay < rate).all()
     assert np.max(np.abs(into @ back - np.eye(rate.size))) < 1e-14
-    assert share @ back == pytest.approx(reach, rel=1e-13)
+    assert fraction @ back == pytest.approx(participation, rel=1e-13)
     t = np.geomspace(*span, 200)
     x = decay * t[:, None]
-    crept = np.where(x > 0.0, -np.expm1(-x) / np.where(x > 0.0, decay, 1.0), t[:, None]) @ reach**2
+    crept = np.where(x > 0.0, -np.expm1(-x) / np.where(x > 0.0, decay, 1.0), t[:, None]) @ participation**2
     creep = (1.0 + crept) / kernel.glassy
     assert creep == pytest.approx(kernel.retardation(t), rel=1e-13)
     assert creep == pytest.approx(law.creep(t), rel=kernel.error)

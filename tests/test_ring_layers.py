@@ -127,8 +127,8 @@ def test_compliance_of_a_stack_is_that_of_all_its_waves(stack, exponent):
 
 @given(st.floats(-6, 3), POISSON, st.floats(0.01, 0.99), st.booleans())
 @settings(max_examples=examples(40), deadline=None)
-def test_what_is_cut_and_bonded_is_whole(exponent, poisson, share, bonded):
-    q, half = 10.0**exponent, (share, 1.0 - share)
+def test_what_is_cut_and_bonded_is_whole(exponent, poisson, fraction, bonded):
+    q, half = 10.0**exponent, (fraction, 1.0 - fraction)
     whole = Stack((1.0,), (1.0, 7.0), (poisson, 0.2), (bonded,)).compliance(q)
     cut = Stack(half, (1.0, 1.0, 7.0), (poisson, poisson, 0.2), (True, bonded)).compliance(q)
     assert cut == pytest.approx(whole, rel=1e-12)

@@ -62,14 +62,14 @@ SHAPES = {
 }
 
 
-@pytest.mark.parametrize("share", [1e-3, 0.2, 0.5, 0.8, 0.97])
+@pytest.mark.parametrize("fraction", [1e-3, 0.2, 0.5, 0.8, 0.97])
 @pytest.mark.parametrize("shape", SHAPES)
-def test_a_march_of_springs_through_any_profile(shape, share):
+def test_a_march_of_springs_through_any_profile(shape, fraction):
     profile, g, depth = SHAPES[shape]
     line = pressed(profile, depth)
     steepest = line.saturation if math.isfinite(line.saturation) else depth / line.radius
-    result = steady_rolling(line, np.array([share * steepest]))
-    load, whole = marched(g, depth, line.radius, share * steepest)
+    result = steady_rolling(line, np.array([fraction * steepest]))
+    load, whole = marched(g, depth, line.radius, fraction * steepest)
     assert line.whole == pytest.approx(whole, rel=1e-6)
     assert result.load[0] == pytest.approx(load, rel=1e-6)
 
@@ -106,11 +106,11 @@ def test_springs_carry_the_load_along_the_line():
     st.floats(-5, -1.5),
     st.lists(st.floats(-12, 0.5), min_size=1, max_size=5),
 )
-def test_the_paraboloid_is_the_cubic_at_any_size(log_radius, log_modulus, poisson, mu, log_share, log_xi):
+def test_the_paraboloid_is_the_cubic_at_any_size(log_radius, log_modulus, poisson, mu, log_fraction, log_xi):
     R, body = 10.0**log_radius, mdr.Elastic(10.0**log_modulus, poisson)
     contact = mdr.Contact(mdr.Paraboloid(R), body, body, friction=mdr.Coulomb(mu))
     moduli = mdr.effective_moduli(body, body)
-    a = 10.0**log_share * R
+    a = 10.0**log_fraction * R
     unit = 2.0 * a * mu * moduli.normal / (moduli.tangential * R)
     xi = 10.0 ** np.array(log_xi)
     result = mdr.rolling(contact, xi * unit, indentation=a * a / R)
@@ -149,9 +149,9 @@ def test_any_profile_rolls_between_its_limits(profile, depth, creepages):
     stuck = 2.0 * mdr.effective_moduli(body, body).tangential * a * a
     # friction takes from it at most what slips
     slips = both["slip_length"].values[zeta.size + 1 :] / (2.0 * a)
-    share = force[zeta.size + 1 :] / (stuck * zeta)
-    assert np.all(share <= 1.0 + 1e-12)
-    assert np.all(share >= (1.0 - slips) ** 2 - 1e-12)
+    fraction = force[zeta.size + 1 :] / (stuck * zeta)
+    assert np.all(fraction <= 1.0 + 1e-12)
+    assert np.all(fraction >= (1.0 - slips) ** 2 - 1e-12)
     # the least of what lies before, from the map's own g
     line = pressed(profile, depth)
     t = np.linspace(0.0, 2.0 * a, 20_001)
@@ -169,7 +169,7 @@ def test_any_profile_rolls_between_its_limits(profile, depth, creepages):
 
 @settings(max_examples=examples(20), deadline=None)
 @given(st.floats(-8, 3), st.sampled_from(sorted(SHAPES)), st.floats(1e-3, 0.99))
-def test_the_size_of_a_contact_does_not_matter(log_size, shape, share):
+def test_the_size_of_a_contact_does_not_matter(log_size, shape, fraction):
     size = 10.0**log_size
     scaled = {
         "paraboloid": lambda s: mdr.Paraboloid(s),
@@ -184,7 +184,7 @@ def test_the_size_of_a_contact_does_not_matter(log_size, shape, share):
     }[shape]
     _, _, depth = SHAPES[shape]
     one, other = pressed(scaled(1.0), depth), pressed(scaled(size), depth * size)
-    rise = np.array([share * (one.saturation if math.isfinite(one.saturation) else depth / one.radius)])
+    rise = np.array([fraction * (one.saturation if math.isfinite(one.saturation) else depth / one.radius)])
     here, there = steady_rolling(one, rise), steady_rolling(other, rise)
     assert there.load / size**2 == pytest.approx(here.load, rel=1e-10)
     assert there.slip_length / size == pytest.approx(here.slip_length, rel=1e-8, abs=1e-8 * one.radius)
@@ -237,12 +237,12 @@ def test_the_march_converges_with_the_square_of_the_spacing():
     st.lists(st.tuples(st.floats(0.01, 1.5), st.floats(-2.0, 2.0)), min_size=1, max_size=4),
     st.floats(0.05, 1.5),
 )
-def test_any_path_forgets_what_was_before(history, share):
+def test_any_path_forgets_what_was_before(history, fraction):
     line = pressed(mdr.Paraboloid(1.0), 0.25)
     lengths = np.array([length for length, _ in history] + [0.4, 0.7])
-    rises = np.array([rise for _, rise in history] + [share, share])
+    rises = np.array([rise for _, rise in history] + [fraction, fraction])
     result = rolled_path(line, np.cumsum(lengths), rises)
-    steady = steady_rolling(line, np.array([share])).load[0]
+    steady = steady_rolling(line, np.array([fraction])).load[0]
     assert result.load[-1] / line.whole == pytest.approx(steady / line.whole, abs=2e-6)
     assert np.all(np.abs(result.load) <= line.whole * (1.0 + 1e-9))
 

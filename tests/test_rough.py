@@ -253,8 +253,8 @@ def patch_of(entry):
 
 
 def in_range(stiffness):
-    share = stiffness / full_contact_stiffness(1.0, 1.0)
-    return (share > 0.03) & (share < 0.85)
+    fraction = stiffness / full_contact_stiffness(1.0, 1.0)
+    return (fraction > 0.03) & (fraction < 0.85)
 
 
 @pytest.mark.parametrize("name", PRESSED)
@@ -307,16 +307,16 @@ def test_the_power_law_against_boundary_elements(name):
     hurst = entry["inputs"]["H"]
     result = mdr.press_rough(patch_of(entry), UNIT, normal_force=force, realisations=100)
     published, fitted = (result[law].values for law in ("power_law_stiffness", "fitted_stiffness"))
-    share = result["normal_stiffness"].values
-    assert np.array_equal(np.isfinite(published), share < 0.55)
-    assert np.array_equal(np.isfinite(fitted), (share > 0.12) & (share < 0.7))
+    fraction = result["normal_stiffness"].values
+    assert np.array_equal(np.isfinite(published), fraction < 0.55)
+    assert np.array_equal(np.isfinite(fitted), (fraction > 0.12) & (fraction < 0.7))
     by_hand = 1.9412 / (hurst + 1.0) * force ** (1.0 / (1.0 + hurst))
-    assert published[share < 0.55] == pytest.approx(by_hand[share < 0.55])
+    assert published[fraction < 0.55] == pytest.approx(by_hand[fraction < 0.55])
     low, high = (0.75, 1.25) if name.endswith("256") else (0.87, 1.7)
     few = (stiffness < 0.15) & (stiffness > 0.03)
     assert np.all((published / stiffness)[few] < high * 1.1)
     assert np.all((published / stiffness)[few] > low * 0.9)
-    more = (stiffness > 0.15) & (share < 0.55)
+    more = (stiffness > 0.15) & (fraction < 0.55)
     assert np.all((published / stiffness)[more] < 1.65 * 1.1)
     if hurst >= 0.4:
         ratio = (fitted / stiffness)[np.isfinite(fitted)]
@@ -329,9 +329,9 @@ def test_the_exponent_of_many_decades(hurst):
     full = full_contact_stiffness(1.0, 1.0)
     force = np.geomspace(1e-6, 0.2, 40)
     result = mdr.press_rough(surface, UNIT, normal_force=force, realisations=100, points=4 * 2**13)
-    share = result["normal_stiffness"].values / full
-    some = (share > 2e-3) & (share < 5e-2)
-    slope = np.polyfit(np.log(force[some]), np.log(share[some]), 1)[0]
+    fraction = result["normal_stiffness"].values / full
+    some = (fraction > 2e-3) & (fraction < 5e-2)
+    slope = np.polyfit(np.log(force[some]), np.log(fraction[some]), 1)[0]
     assert slope == pytest.approx(1.0 / (1.0 + hurst), rel=0.05)
 
 
@@ -423,8 +423,8 @@ def test_a_rough_ball():
         surface, mdr.Elastic(1e9, 0.0), normal_force=loads, radius="10 mm", realisations=200
     )
     assert result.data.attrs["crossover_force"] == pytest.approx(crossover)
-    share = (result["normal_stiffness"] / result["hertz_stiffness"]).values
-    assert share == pytest.approx([0.64, 0.69, 0.91, 0.95, 0.97], abs=0.02)
+    fraction = (result["normal_stiffness"] / result["hertz_stiffness"]).values
+    assert fraction == pytest.approx([0.64, 0.69, 0.91, 0.95, 0.97], abs=0.02)
     assert "64 to 69 %" in result.claims["normal_stiffness"].reason
     assert "crossover" in result.claims["normal_stiffness"].reason
     assert "softens the ball" in result.summary()
@@ -533,9 +533,9 @@ def test_with_a_roll_off_the_load_is_nearly_in_proportion():
     result = mdr.press_rough(surface, mdr.Elastic(1e9, 0.0), normal_force=force, realisations=60)
     stiffness = result["normal_stiffness"].values
     between = (stiffness > 0.02 * full) & (stiffness < 0.2 * full)
-    share = (force / (stiffness * 1e-6))[between]
-    assert np.all((share > 0.25) & (share < 0.55))
-    assert np.all(np.diff(share) > 0.0)
+    fraction = (force / (stiffness * 1e-6))[between]
+    assert np.all((fraction > 0.25) & (fraction < 0.55))
+    assert np.all(np.diff(fraction) > 0.0)
     assert "drifts from 0.3 to 0.5" in result.claims["normal_stiffness"].reason
 
 

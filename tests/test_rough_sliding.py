@@ -97,9 +97,9 @@ def in_time_steps(heights, depth, relaxation, dt, passages):
             )
             after = max(depth + z, free)
             # the mean of what the terms bear along a straight step
-            share = relaxation.times * (1.0 - kept) / dt
+            fraction = relaxation.times * (1.0 - kept) / dt
             slow = relaxation.moduli * relaxation.times * (after - w) / dt
-            mean = (share * h + (1.0 - share) * slow).sum()
+            mean = (fraction * h + (1.0 - fraction) * slow).sum()
             h = kept * h + fresh * (after - w)
             q = 0.5 * relaxation.equilibrium * (w + after) + mean + relaxation.viscosity * (after - w) / dt
             total, work = total + q, work + q * (after - w)
@@ -112,26 +112,26 @@ def in_time_steps(heights, depth, relaxation, dt, passages):
     moduli=st.lists(st.floats(-3, 3), min_size=1, max_size=4),
     times=st.lists(st.integers(-30, 30), min_size=4, max_size=4, unique=True),
     log_speed=st.floats(-18, 18),
-    share=st.floats(-0.9, 0.9),
+    fraction=st.floats(-0.9, 0.9),
 )
-def test_any_line_finds_its_stationary_state_at_any_speed(moduli, times, log_speed, share):
+def test_any_line_finds_its_stationary_state_at_any_speed(moduli, times, log_speed, fraction):
     own = 10.0 ** np.array(moduli), 10.0 ** (np.array(times[: len(moduli)]) / 10.0)
     relaxation = Relaxation(1.0, *own)
     rough = mdr.RoughSurface(hurst=0.7, rms=0.01, size=1.0, shortest=0.1, seed=4)
     heights = rough_heights(rough, 0, 200)
-    result = stationary(heights, 1.0, share * heights.max(), relaxation, 10.0**log_speed)
+    result = stationary(heights, 1.0, fraction * heights.max(), relaxation, 10.0**log_speed)
     # no spring is above the line, or deeper than its highest place
-    assert result.pressure >= np.mean(heights) + share * heights.max()
-    assert 0.0 < result.pressure <= (1.0 + share) * heights.max()
+    assert result.pressure >= np.mean(heights) + fraction * heights.max()
+    assert 0.0 < result.pressure <= (1.0 + fraction) * heights.max()
     assert result.drag > 0.0
 
 
-@pytest.mark.parametrize("share", [-0.5, 0.0, 0.5])
+@pytest.mark.parametrize("fraction", [-0.5, 0.0, 0.5])
 @pytest.mark.parametrize("name", KERNELS)
-def test_passages_one_after_the_other(name, share):
+def test_passages_one_after_the_other(name, fraction):
     rough = mdr.RoughSurface(hurst=0.7, rms=0.01, size=1.0, shortest=0.1, seed=4)
     heights = rough_heights(rough, 0, 200)
-    depth = share * heights.max()
+    depth = fraction * heights.max()
     for speed in (0.3, 3.0):
         result = stationary(heights, 1.0, depth, KERNELS[name], speed)
         load, work = in_time_steps(heights, depth, KERNELS[name], 1.0 / (200 * speed), 130)

@@ -83,9 +83,13 @@ def test_residual_stresses_keep_the_body_within_yield(sliding):
             return np.sqrt(squares.max(axis=0))
 
         def golden(function, shape):
-            low, high, share = np.full(shape, -2.0 * k), np.full(shape, 2.0 * k), 0.5 * (math.sqrt(5.0) - 1.0)
+            low, high, fraction = (
+                np.full(shape, -2.0 * k),
+                np.full(shape, 2.0 * k),
+                0.5 * (math.sqrt(5.0) - 1.0),
+            )
             for _ in range(34):
-                inner = high - share * (high - low), low + share * (high - low)
+                inner = high - fraction * (high - low), low + fraction * (high - low)
                 left = function(inner[0]) < function(inner[1])
                 low, high = np.where(left, low, inner[0]), np.where(left, inner[1], high)
             return function(0.5 * (low + high))

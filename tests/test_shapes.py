@@ -332,12 +332,12 @@ def test_the_best_ellipse_is_that_of_hertz(ratio, angle, decades, shallow):
 
 @settings(max_examples=4, deadline=None)
 @given(st.floats(0.1, 0.8), st.floats(0.0, 2.0 * math.pi), st.floats(1.5, 4.0))
-def test_the_best_ellipse_of_an_asymmetric_body_is_not_centred_on_its_apex(share, angle, power):
+def test_the_best_ellipse_of_an_asymmetric_body_is_not_centred_on_its_apex(fraction, angle, power):
     """Flatter on one side; its force is that of its trial area, and boundary elements bear more."""
 
     def f(x, y):
         along = (x * math.cos(angle) + y * math.sin(angle)) / np.maximum(np.hypot(x, y), 1e-300)
-        return np.hypot(x, y) ** power * (1.0 + share * along)
+        return np.hypot(x, y) ** power * (1.0 + fraction * along)
 
     shape = mdr.Function2D(f)
     result = at(shape, 1.0)
@@ -350,7 +350,7 @@ def test_the_best_ellipse_of_an_asymmetric_body_is_not_centred_on_its_apex(share
         punched(shape, 1.0, x, y, longer, shorter, turned), rel=1e-6
     )
     assert last(result, "force_lower_bound") == pytest.approx(float(computed.force[0]), rel=1e-9)
-    assert float(computed.force[0]) > last(disks, "normal_force") * (1.0 + 1e-3 * share)
+    assert float(computed.force[0]) > last(disks, "normal_force") * (1.0 + 1e-3 * fraction)
     assert x * math.cos(angle) + y * math.sin(angle) < 0.0
     assert float(computed.force[0]) < pressed_by_elements(f, 1.0, 4.5 * longer) * (1.0 + 1e-3)
     assert "semi-axes" in result.claims["force_lower_bound"].reason
@@ -406,14 +406,14 @@ def test_a_body_of_revolution_is_exact():
 
 @settings(max_examples=2, deadline=None)
 @given(st.integers(31, 45), st.floats(1.0, 4.0), lengths, st.floats(0.05, 0.2))
-def test_a_grid_stands_for_its_body(half, ratio, size, share):
+def test_a_grid_stands_for_its_body(half, ratio, size, fraction):
     x = size * np.linspace(-1.0, 1.0, 2 * half + 1)
     curvature = 0.1 / size
     heights = -0.5 * curvature * (x[:, None] ** 2 / ratio + x**2)
     pixels = 2 * half + 1
     grid = mdr.Sampled2D.of(mdr.Topography(heights, size * 2.0 * pixels / (pixels - 1)))
     assert grid.apex == (half, half)
-    depth = share * 0.1 * size
+    depth = fraction * 0.1 * size
     smooth = at(mdr.EllipticParaboloid(ratio / curvature, 1.0 / curvature), depth)
     sampled = at(grid, depth)
     # linear between pixels: gaps are too large by h^2 / 8 R

@@ -260,8 +260,8 @@ def test_balances_of_random_profiles_and_histories(seed):
         at = np.array([radius * math.cos(angle), radius * math.sin(angle), depth])
         size = np.max(np.abs(interior.spatial("stress", tuple(at[:, None]), row))) / min(radius, depth)
         rest = []
-        for share in (2e-2, 5e-3, 2e-3):
-            h = share * min(radius, depth)
+        for fraction in (2e-2, 5e-3, 2e-3):
+            h = fraction * min(radius, depth)
             weights = np.array([-1.0, 9.0, -45.0, 0.0, 45.0, -9.0, 1.0]) / (60.0 * h)
             across = [
                 interior.spatial(

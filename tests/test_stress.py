@@ -64,11 +64,11 @@ def test_hertz_on_the_axis(a):
 
 @settings(max_examples=examples(20), deadline=None)
 @given(st.floats(-18.0, 0.0), st.floats(-18.0, -3.0))
-def test_next_to_the_axis_the_stress_is_that_on_it(depth, share):
+def test_next_to_the_axis_the_stress_is_that_on_it(depth, fraction):
     z = 10.0**depth
     for load in (load_of(HERTZ), load_of(mdr.Cone(slope=1.0)), load_of(HERTZ, zone=1.25, strength=0.4)):
-        off_axis, on_axis = tensor(load, z * 10.0**share, z), tensor(load, 0.0, z)
-        assert off_axis[:3] == pytest.approx(on_axis[:3], rel=10.0 * 10.0**share, abs=1e-12)
+        off_axis, on_axis = tensor(load, z * 10.0**fraction, z), tensor(load, 0.0, z)
+        assert off_axis[:3] == pytest.approx(on_axis[:3], rel=10.0 * 10.0**fraction, abs=1e-12)
 
 
 def test_hertz_at_the_surface():
@@ -186,11 +186,11 @@ def test_equilibrium_and_hooke(profile, nu, r, z, excess):
 
 @settings(max_examples=examples(30), deadline=None)
 @given(TIPS, POISSON, st.floats(0.02, 0.99) | st.floats(1.01, 1.4), st.sampled_from([0.0, 1e-12]))
-def test_surface_tractions(profile, nu, share, depth):
+def test_surface_tractions(profile, nu, fraction, depth):
     contact = mdr.Contact(profile, mdr.Elastic(1.0, nu))
     result = mdr.solve(contact, mdr.indent(0.05))
     a = float(result["contact_radius"][-1])
-    r = share * a
+    r = fraction * a
     p = float(result.field("pressure", [r])[0])
     computed = result.field("stress", [r], z=[depth * a]).values[:, 0, 0]
     peak = float(result["mean_pressure"][-1])

@@ -105,14 +105,14 @@ def test_a_tip_that_underflows_is_served():
 def test_a_faintly_hollow_cone_is_passed_over():
     rng = np.random.default_rng(6)
     radius = 10.0 ** rng.uniform(-8.0, 0.0)
-    depth, share = radius * 10.0 ** rng.uniform(-4.0, -2.0), 10.0 ** rng.uniform(-19.0, -14.0)
+    depth, fraction = radius * 10.0 ** rng.uniform(-4.0, -2.0), 10.0 ** rng.uniform(-19.0, -14.0)
     rise = depth / radius**2
-    hollow = math.sqrt(4.0 * rise * depth * share)
+    hollow = math.sqrt(4.0 * rise * depth * fraction)
     profile = mdr.Function(lambda r: rise * r**2 - hollow * r, derivative=lambda r: 2.0 * rise * r - hollow)
     computed = pressed(profile, depth)
     exact = pressed(mdr.Paraboloid(0.5 / rise), depth)
     difference = float(computed["normal_force"][0]) / float(exact["normal_force"][0]) - 1.0
-    assert abs(difference) < 10.0 * math.sqrt(share) + 1e-13
+    assert abs(difference) < 10.0 * math.sqrt(fraction) + 1e-13
 
 
 @pytest.mark.parametrize(

@@ -218,8 +218,8 @@ def test_work_of_slip_is_that_of_many_springs():
             change = 8 * line.shear * (end.twist - state.twist) / parts
             most = line.limit_at(d).load(x)
             # a spring that enters is moved by the rest of the part
-            share = 1.0 if d <= before else np.clip((d - g) / (d - before), 0.0, 1.0)
-            moved = q + change * share
+            fraction = 1.0 if d <= before else np.clip((d - g) / (d - before), 0.0, 1.0)
+            moved = q + change * fraction
             new = np.where(g < d, np.clip(moved, -most, most), 0.0)
             total += np.sum(x**2 * np.abs(moved - new) * np.abs(q + new) / 2) / (8 * line.shear)
             q = new

@@ -50,19 +50,19 @@ def approach_and_retreat(kernel, radius, time, depth):
             zero = begin - d[i] / speed[i]  # where this straight move would begin
             b, whole = 1.0 - kernel.exponent, now - zero
             part = [betainc(1.5, b, min((s - zero) / whole, 1.0)) for s in (begin, end)]
-            share = part[1] - part[0]
+            fraction = part[1] - part[0]
             if (
-                share < 0.1 * part[1]
+                fraction < 0.1 * part[1]
             ):  # the difference loses its digits: over u = (now - s)^b, where nothing is singular
                 begin, end = now - begin, now - end
-                share = quad(
+                fraction = quad(
                     lambda u, z=now - zero, b=b: (z - u ** (1.0 / b)) ** 0.5,
                     end**b,
                     begin**b,
                     epsrel=1e-13,
                     epsabs=0.0,
                 )[0]
-                share /= b * beta(1.5, b) * whole ** (0.5 + b)
+                fraction /= b * beta(1.5, b) * whole ** (0.5 + b)
             total += (
                 2.0
                 * kernel.scale
@@ -70,7 +70,7 @@ def approach_and_retreat(kernel, radius, time, depth):
                 * speed[i]
                 * whole ** (0.5 + b)
                 * beta(1.5, b)
-                * share
+                * fraction
             )
         return total
 
@@ -92,10 +92,10 @@ def springs(kernel, radius, time, target, *, forced, deepest, n=160, parts=24):
 
     The load of a spring is the exact integral of the kernel over that mesh; it is let go where it would pull.
     """
-    share = (np.arange(1, parts + 1) / parts) ** 3
+    fraction = (np.arange(1, parts + 1) / parts) ** 3
     begin = np.append(0.0, time[:-1])
-    t = np.append(0.0, (begin[:, None] + (time - begin)[:, None] * share).ravel())
-    goal = (np.append(0.0, target[:-1])[:, None] + np.diff(target, prepend=0.0)[:, None] * share).ravel()
+    t = np.append(0.0, (begin[:, None] + (time - begin)[:, None] * fraction).ravel())
+    goal = (np.append(0.0, target[:-1])[:, None] + np.diff(target, prepend=0.0)[:, None] * fraction).ravel()
     ends = math.sqrt(radius * deepest) * 1.05 * (np.arange(n + 1) / n)
     x, width = 0.5 * (ends[1:] + ends[:-1]), np.diff(ends)
     y = x**2 / radius

@@ -203,9 +203,9 @@ def _maugis(rng, mdr):
         return elastic + 4.0 * strength * a / (math.pi * normal) * (root * angle - m + 1.0)
 
     m = 1.0 + log_uniform(rng, 1e-3, 3.0)
-    reach = opening(a, m)
+    extent = opening(a, m)
     wider = a * (1.0 + 1e-6)
-    other = brentq(lambda q: opening(wider, q) - reach, 1.0, 2.0 * m, xtol=1e-15)
+    other = brentq(lambda q: opening(wider, q) - extent, 1.0, 2.0 * m, xtol=1e-15)
 
     def depth_of(a, m):
         return a * a / radius - 2.0 * strength * a * math.sqrt(m * m - 1.0) / normal
@@ -215,8 +215,8 @@ def _maugis(rng, mdr):
     d, angle = depth_of(a, m), math.atan(math.sqrt(m * m - 1.0))
     pressed = 4.0 * normal * a**3 / (3.0 * radius)
     drawn = 2.0 * strength * a**2 * (math.sqrt(m * m - 1.0) + m * m * angle)
-    law = mdr.MaugisDugdale(strength * reach, range=reach)
-    deep = max(d, 0.0) + a * a / radius + 2.0 * reach
+    law = mdr.MaugisDugdale(strength * extent, range=extent)
+    deep = max(d, 0.0) + a * a / radius + 2.0 * extent
     result = mdr.solve(
         mdr.Contact(mdr.Paraboloid(radius), body, adhesion=law), mdr.Path(indentation=[deep, d])
     )
@@ -315,8 +315,8 @@ def impacts(rng, mdr, full):
     mass = log_uniform(rng, 1e-15, 1e3)
     speed = math.sqrt(2.0 * stiff * depth ** (m + 1.0) / ((m + 1.0) * mass))
     result = mdr.impact(mdr.Contact(profile, body), mass=mass, speed=speed)
-    share = 1.0 / (m + 1.0)
-    time = 2.0 * depth / speed * math.sqrt(math.pi) * gamma(1.0 + share) / gamma(0.5 + share)
+    fraction = 1.0 / (m + 1.0)
+    time = 2.0 * depth / speed * math.sqrt(math.pi) * gamma(1.0 + fraction) / gamma(0.5 + fraction)
     truths = {
         "contact_time": time,
         "largest_force": stiff * depth**m,

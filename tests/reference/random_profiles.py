@@ -532,7 +532,7 @@ def ball(rng, L):
         else (lambda r: R * (1.0 - np.sqrt(1.0 - (r / R) ** 2))),
         "derivative": lambda r: r / np.sqrt((R - r) * (R + r)),
         "terms": (Ball(R),),
-        "reach": 0.999 * R,
+        "largest": 0.999 * R,
         "cancels": not stable,
         "words": f"sphere R={R!r}{'' if stable else ' cancelling'}",
     }
@@ -804,7 +804,7 @@ def random_profile(rng, kind=None):
             f = lambda r: offset + plain(r)  # noqa: E731
             drawn["words"] += f" + {offset!r}"
     return RandomProfile(
-        kind, L, L, terms, f, drawn["derivative"], gives, named, hidden, drawn.get("reach", math.inf),
+        kind, L, L, terms, f, drawn["derivative"], gives, named, hidden, drawn.get("largest", math.inf),
         not hidden and not (gives == "f" and cancels), words=drawn["words"], sources=tuple(kinks),
     )  # fmt: skip
 

@@ -181,11 +181,11 @@ def section(result: Result, row: int) -> Chart:
     The surfaces are those of one rigid and one deformed body with the displacement of both.
     """
     at = row_of(result, row)
-    reach = 1.8 * _radius(result, at)
+    end = 1.8 * _radius(result, at)
     needed = ("gap", "normal_displacement")
-    if reach == 0.0 or not all(name in result.claims and result.claims[name].readable for name in needed):
+    if end == 0.0 or not all(name in result.claims and result.claims[name].readable for name in needed):
         return Chart("radius", "height", (), text="no contact in this row")
-    r = np.linspace(0.0, reach, _POINTS)
+    r = np.linspace(0.0, end, _POINTS)
     gap, sunk = (result.field(name, r, at).values for name in needed)
     surface = -sunk
     z = {"upper body": surface + gap, "lower body": surface}

@@ -23,7 +23,7 @@ atom_style sphere
 atom_modify map array
 boundary f f f
 newton off
-comm_modify vel yes cutoff {reach:.17g}
+comm_modify vel yes cutoff {cutoff:.17g}
 region box block {low:.17g} {high:.17g} {low:.17g} {high:.17g} {low:.17g} {high:.17g}
 create_box 1 box
 create_atoms 1 single 0 0 0
@@ -172,7 +172,7 @@ def _header(model: str, ball: Ball, distance: float) -> str:
     """The beginning of a script: a ball that touches the wall."""
     half = 20.0 * ball.radius + 2.0 * distance
     return _HEADER.format(
-        reach=4.0 * ball.radius,
+        cutoff=4.0 * ball.radius,
         low=-half,
         high=half,
         diameter=2.0 * ball.radius,

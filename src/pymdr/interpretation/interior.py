@@ -349,7 +349,7 @@ class Interior:
             between = block[:-1]
             alike = before is not None and background is None and self.revolves
             ends = [
-                self._share(place, step) for place, step in ((before, steps[first - 1]), (last, block[-1]))
+                self._relative(place, step) for place, step in ((before, steps[first - 1]), (last, block[-1]))
             ]
             change = ends[1] - ends[0]
             distance = float(np.max(np.abs(change)))
@@ -362,7 +362,7 @@ class Interior:
             before = last
         return peaks
 
-    def _share(self, place: Largest | None, step: int) -> FloatArray:
+    def _relative(self, place: Largest | None, step: int) -> FloatArray:
         """A place over the loaded radius, nan if it is not inside the body."""
         if place is None or not place.z > 0.0:
             return np.full(2, math.nan)

@@ -234,5 +234,5 @@ def _least(
         ]
     (b0, _, more0), (b1, _, more1) = sides
     left, right = np.minimum(2.0 * curvature * at + b0, 0.0), np.maximum(2.0 * curvature * at + b1, 0.0)
-    share = np.divide(right, right - left, out=np.full(np.shape(left), 0.5), where=right > left)
-    return best, least, share * more0 + (1.0 - share) * more1
+    fraction = np.divide(right, right - left, out=np.full(np.shape(left), 0.5), where=right > left)
+    return best, least, fraction * more0 + (1.0 - fraction) * more1

@@ -94,8 +94,8 @@ def torsional_claims(
 def measured_error(torque: FloatArray, largest: FloatArray, excess: FloatArray) -> FloatArray:
     """Bound of the relative error of the torque, at most 1; 0 where no inner ring slips."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        share = np.clip(_MEASURED_ERROR[1] * excess, *_MEASURED_ERROR)
-        own = np.where(torque != 0.0, share * largest / np.abs(torque), 1.0)
+        fraction = np.clip(_MEASURED_ERROR[1] * excess, *_MEASURED_ERROR)
+        own = np.where(torque != 0.0, fraction * largest / np.abs(torque), 1.0)
     return np.where(excess > 0.0, np.fmin(own, 1.0), 0.0)
 
 

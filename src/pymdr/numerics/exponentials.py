@@ -85,7 +85,7 @@ def _least(before: float, after: float, fall: float, fallen: float, steep: float
     """
     Bound from below of a sum that goes from `before` to `after`.
 
-    Its convex share goes from `fall` to `fallen`, with the slopes `steep` and `flat` over the whole way; the rest is concave.
+    Its convex part goes from `fall` to `fallen`, with the slopes `steep` and `flat` over the whole way; the rest is concave.
     """
     least = min(before, after)
     if steep < flat:

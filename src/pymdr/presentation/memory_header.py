@@ -294,7 +294,7 @@ static inline @_bounds_ @_at_(const @_sum_ *f, double p)
     return at;
 }
 
-/* Bound from below of what goes from before to after, with a convex share from fall to fallen of the slopes steep and flat. */
+/* Bound from below of what goes from before to after, with a convex part from fall to fallen of the slopes steep and flat. */
 static inline double @_least_(const double v[6])
 {
     const double before = v[0], after = v[1], fall = v[2], fallen = v[3], steep = v[4], flat = v[5];
@@ -401,7 +401,7 @@ static inline double @_turn_(const @_move_ *move, const @_spring *s, double done
     return @_crossing_(&f, begin);
 }
 
-/* Move a spring that touches at y and may change sides, last after a share `turned` of the step; returns the energy lost. */
+/* Move a spring that touches at y and may change sides, last after a fraction `turned` of the step; returns the energy lost. */
 static inline double @_follow_(const @_move_ *move, @_spring *s, double y, double *turned)
 {
     const double shortest = 1.0 / 1099511627776.0;
@@ -527,7 +527,7 @@ static inline double @_up_to_edge_(double edge, double drag, int last, double q_
     return 0.5 * (q_border + q_last) * (centre - border) + 0.5 * (q_last + q_edge) * (k_edge - centre) - q_last * at[1];
 }
 
-/* As @_advance; the shares of the step at which springs changed sides are written to `turned`. */
+/* As @_advance; the fractions of the step at which springs changed sides are written to `turned`. */
 static inline int @_press_(@_state *s, double d, double duration, double turned[@@_SPRINGS])
 {
     const double before = s->indentation, top = before > d ? before : d;
@@ -548,7 +548,7 @@ static inline int @_press_(@_state *s, double d, double duration, double turned[
     s->normal_force = s->elastic_energy = s->edge = 0.0;
     for (i = 0; i < @@_SPRINGS && (i < (int)s->active || @_springs_[i][0] < top); ++i) {
         @_spring *spring = &s->spring[i];
-        const double y = @_springs_[i][0], share = @_springs_[i][1];
+        const double y = @_springs_[i][0], dk = @_springs_[i][1];
         double lost, stored = 0.0;
         if (!@_stays_(&move, spring, y)) {
             lost = @_follow_(&move, spring, y, &turned[i]);
@@ -558,7 +558,7 @@ static inline int @_press_(@_state *s, double d, double duration, double turned[
             lost = @_strain_(spring, move.change, (const double(*)[6])move.moments) + move.change * move.drag;
             spring->deflection = d - y;
         }
-        s->dissipated_energy += share * lost;
+        s->dissipated_energy += dk * lost;
         if (spring->touches == 0.0) {
             for (j = 0; j < @@_MODES; ++j)
                 stored += spring->h[j] * spring->h[j];
@@ -567,12 +567,12 @@ static inline int @_press_(@_state *s, double d, double duration, double turned[
                 stored += spring->h[j] * spring->h[j] * @_branches_[j][2];
             stored += @@_EQUILIBRIUM_MODULUS * spring->deflection * spring->deflection;
             q = @_stress_(spring, move.drag);
-            s->normal_force += share * q;
+            s->normal_force += dk * q;
             last = i;
             q_before = q_last;
             q_last = q;
         }
-        s->elastic_energy += 0.5 * share * stored;
+        s->elastic_energy += 0.5 * dk * stored;
     }
     s->active = i;
     s->indentation = d;

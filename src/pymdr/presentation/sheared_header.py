@@ -40,8 +40,8 @@ class ShearedInC:
     @property
     def body(self) -> str:
         """Type and functions, with @ for the name and @@ for the name in capitals."""
-        tables, rooms = self.partners.tables, (self.pressed.tables, self.partners.tables)
-        capacity = max(len(table) for both in rooms for table in both[:2])
+        tables, pair = self.partners.tables, (self.pressed.tables, self.partners.tables)
+        capacity = max(len(table) for both in pair for table in both[:2])
         text = replace(self.pressed, capacity=capacity, advance="").body.replace("@_state", "@_pressed")
         own = _SHEARED.replace("PARTS_", str(self.parts)).replace(
             "SPRING_FUNCTIONS", SPRING.replace("@@_VISCOSITY", "0.0")
@@ -112,7 +112,7 @@ static inline double @_shear_move_(@_spring *s, double dv, double duration, doub
     return mean;
 }
 
-/* The share of a part for which a partner sticks, whose force exceeds its limit at the end. */
+/* The fraction of a part in which a partner sticks, whose force exceeds its limit at the end. */
 static inline double @_sticks_(const @_pull_ *pull, const @_spring *s, double sign)
 {
     @_sum_ f;
@@ -179,7 +179,7 @@ static inline void @_shear_part_(@_state *s, double d, double du, double duratio
     for (i = 0; i < (int)s->pressed.active; ++i) {
         @_spring *partner = &s->partner[i];
         const int touches = s->pressed.spring[i].touches != 0.0;
-        const double share = @_springs_[i][1], load = touches ? @_stress_(&s->pressed.spring[i], 0.0) : 0.0;
+        const double dk = @_springs_[i][1], load = touches ? @_stress_(&s->pressed.spring[i], 0.0) : 0.0;
         double begin = 0.0, end = 1.0, lost = 0.0, stored = 0.0, q = 0.0;
         @_pull_ pull;
         pull.low = @@_FRICTION * (before[i] > 0.0 ? before[i] : 0.0);
@@ -210,7 +210,7 @@ static inline void @_shear_part_(@_state *s, double d, double du, double duratio
             for (j = 0; j < @@_MODES; ++j)
                 stored += partner->h[j] * partner->h[j];
         } else {
-            double carried = share;
+            double carried = dk;
             if (i == last) {
                 carried = area - (i > 0 ? @_springs_[i - 1][3] : 0.0);
                 carried = carried > 0.0 ? carried : 0.0;
@@ -221,8 +221,8 @@ static inline void @_shear_part_(@_state *s, double d, double du, double duratio
                 stored += partner->h[j] * partner->h[j] * @_branches_[j][2];
             stored += @@_EQUILIBRIUM_MODULUS * partner->deflection * partner->deflection;
         }
-        s->shear_dissipation += share * lost;
-        s->stored_tangential_energy += 0.5 * share * stored;
+        s->shear_dissipation += dk * lost;
+        s->stored_tangential_energy += 0.5 * dk * stored;
     }
     /* full slip gives exactly mu F_N */
     s->tangential_force = normal > 0.0 ? force * (@@_FRICTION * s->pressed.normal_force / normal) : 0.0;

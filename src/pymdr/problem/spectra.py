@@ -90,16 +90,16 @@ class Modes(NamedTuple):
     Springs under load as modes that creep independently.
 
     With the fractions e_i = E_i/E(0) of the modulus, a load q on E(0) moves the dashpots by v_i' = (w - v_i)/tau_i, w = q + sum_i e_i v_i.
-    The modes m = into v obey m_j' = -decay_j m_j + reach_j q and give sum_i e_i v_i = reach . m and v = back m.
+    The modes m = into v obey m_j' = -decay_j m_j + participation_j q and give sum_i e_i v_i = participation . m and v = back m.
     """
 
-    share: FloatArray
+    fraction: FloatArray
     """e_i of distinct times."""
     rate: FloatArray
     """1/tau_i in 1/s, rising."""
     decay: FloatArray
     """In 1/s, rising; the first is 0 if the material flows."""
-    reach: FloatArray
+    participation: FloatArray
     """In 1/s^(1/2)."""
     into: FloatArray
     back: FloatArray
@@ -294,7 +294,7 @@ class Relaxation(Value):
         """
         firm = self.equilibrium + float(self.moduli.sum())
         merged = _merged(Fractions(self.equilibrium / firm, self.moduli / firm, 1.0 / self.times, 0.0))
-        _, share, rate, _ = merged
+        _, fraction, rate, _ = merged
         zeros, distances = zeros_between(merged)
         if merged.constant == 0.0:
             zeros, distances = np.append(0.0, zeros), np.vstack([rate, distances])
@@ -303,10 +303,10 @@ class Relaxation(Value):
         np.fill_diagonal(between, 1.0)
         coupling = np.sqrt(np.prod(np.abs(distances.T / between), axis=1))
         vectors = coupling[:, None] / distances.T
-        reach = 1.0 / np.linalg.norm(vectors, axis=0)
-        vectors *= reach
-        root = np.sqrt(share / rate)
-        return Modes(share, rate, zeros, reach, vectors.T * root, vectors / root[:, None])
+        participation = 1.0 / np.linalg.norm(vectors, axis=0)
+        vectors *= participation
+        root = np.sqrt(fraction / rate)
+        return Modes(fraction, rate, zeros, participation, vectors.T * root, vectors / root[:, None])
 
     def scaled(self, factor: float) -> Relaxation:
         """The kernel multiplied by a factor above 0."""

@@ -366,7 +366,7 @@ def _shifted_study(
         return dict.fromkeys(_UNITS, np.full(mean.columns["amplitude"].shape, math.nan))
 
 
-_SMALL_SHARE = 1e-3
+_SMALL_FRACTION = 1e-3
 """Fraction of mu F_N below which forces lose digits in the difference of two loads."""
 
 
@@ -387,7 +387,7 @@ def _shifts_at(
     """
     depth = states_at_force(line, load - pulls / mu).indentation
     u = np.clip(factor * (d - depth), factor * d * 1e-16, factor * d)
-    small = pulls < _SMALL_SHARE * mu * load
+    small = pulls < _SMALL_FRACTION * mu * load
     # all but straight: one secant is enough
     if small.any():
         u = np.where(small, u * pulls / force_at(u), u)

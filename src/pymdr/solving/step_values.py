@@ -12,7 +12,7 @@ from pymdr.errors import PathError
 from pymdr.units import metres, shown
 
 
-def out_of_reach(indentation: float, deepest: float) -> PathError:
+def too_deep(indentation: float, deepest: float) -> PathError:
     """The error of an indentation in m that is not finite or deeper than the largest."""
     if not math.isfinite(indentation):
         return PathError(f"Stepper.advance: indentation = {indentation:g} m; a finite value is needed")

@@ -21,7 +21,7 @@ from pymdr.result import Status
 from pymdr.solving.closure import is_curve
 from pymdr.solving.moving import moving_of
 from pymdr.solving.springs_error import errors_of_springs
-from pymdr.solving.step_values import has_unit, out_of_reach, refuse_malformed
+from pymdr.solving.step_values import has_unit, refuse_malformed, too_deep
 from pymdr.solving.verb import solve
 from pymdr.solving.viscoelastic import SPRINGS
 from pymdr.solving.workers import checked_workers, is_cluster
@@ -219,7 +219,7 @@ class Stepper:
                 return self._advance_all(indentation, shift, duration)
             d = float(indentation)
             if not -math.inf < d <= self._deepest:
-                raise out_of_reach(d, self._deepest)
+                raise too_deep(d, self._deepest)
             # the constructor of a named tuple takes as long as the step
             forces = tuple.__new__(self._forces, self._moved.advance(d, shift, duration))
         except PymdrError:
@@ -238,7 +238,7 @@ class Stepper:
         d[:] = indentation
         taken = np.logical_and(d > -math.inf, d <= self._deepest)
         if not taken.all():
-            raise out_of_reach(float(d[np.argmin(taken)]), self._deepest)
+            raise too_deep(float(d[np.argmin(taken)]), self._deepest)
         forces = self._forces(*self._moved.advance_all(d, shift, duration))
         self._undoable = True
         return forces

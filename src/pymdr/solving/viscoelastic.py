@@ -241,7 +241,7 @@ def _divided(
     whole = _divided(line, relaxation, first, virgin(state.time, state.indentation), loads, n)
     later = parts.row >= shallow
     return Parts(
-        np.concatenate([whole.row, parts.row[later]]), np.concatenate([whole.share, parts.share[later]])
+        np.concatenate([whole.row, parts.row[later]]), np.concatenate([whole.fraction, parts.fraction[later]])
     )
 
 

@@ -12,7 +12,7 @@ from pymdr.units import FloatArray
 _BLOCKS = 100
 _SLOW = 0.1
 """Speed, relative to that of the record, below which a segment is a hold."""
-_SHARE = 0.25
+_FRACTION = 0.25
 """Fraction of the distance that is moved at the speed of the record or more slowly; approach and retreat may differ
 in speed."""
 _LEAST = 8
@@ -68,7 +68,7 @@ def _usual(speeds: FloatArray, durations: FloatArray) -> float:
     """The speed of the record: a quarter of the distance is moved at it or more slowly."""
     order = np.argsort(speeds)
     moved = np.cumsum((speeds * durations)[order])
-    return float(speeds[order][int(np.searchsorted(moved, _SHARE * moved[-1]))])
+    return float(speeds[order][int(np.searchsorted(moved, _FRACTION * moved[-1]))])
 
 
 def _named(speed: float, usual: float) -> str:

@@ -116,7 +116,7 @@ def _compared(result: Result, interior: Interior, poisson: float, step: int, cla
     import xarray as xr
 
     radius = interior.load(step).radius
-    x, y = (share * radius for share in _ACROSS)
+    x, y = (place * radius for place in _ACROSS)
     depths = radius * np.array(_DEPTHS)
     other, error = _by_point_loads(
         result, interior, np.array([(x, y, depth) for depth in depths]), poisson, step

@@ -108,7 +108,7 @@ def branch_at(rows: FloatArray, s: float) -> float:
 def land(rows: FloatArray, edge: FloatArray, now: FloatArray, advances: bool) -> None:
     """Read the state of an edge that has moved, and the range in which it rests."""
     if now[layout.STATE] == layout.NO_CONTACT:
-        now[layout.AT], now[layout.NORMAL], now[layout.REACH], now[layout.MOVES] = math.nan, 0.0, 0.0, 0.0
+        now[layout.AT], now[layout.NORMAL], now[layout.ATTACHED], now[layout.MOVES] = math.nan, 0.0, 0.0, 0.0
         return
     depth = now[layout.DEPTH]
     cell, u = place(rows, now[layout.STATE], depth)
@@ -123,7 +123,7 @@ def land(rows: FloatArray, edge: FloatArray, now: FloatArray, advances: bool) ->
         value_in(rows, cell, layout.FORCE, terms, u),
     )
     radius = value_in(rows, cell, layout.RADIUS, terms, u)
-    now[layout.REACH] = radius if advances else max(radius, edge[layout.LEAST])
+    now[layout.ATTACHED] = radius if advances else max(radius, edge[layout.LEAST])
     now[layout.PER_DEPTH] = value_in(rows, cell, layout.STIFFNESS, terms, u)
     now[layout.BASE_DEPTH], now[layout.BASE_FORCE] = depth, now[layout.NORMAL]
     now[layout.RESTS_FROM] = other if advances else depth
@@ -191,7 +191,7 @@ def step_resting(
                 return layout.UNSTABLE, 0.0
     _keep(memory)
     now = memory[NOW]
-    before = now[layout.REACH]
+    before = now[layout.ATTACHED]
     if jumps:
         now[layout.DISSIPATED] += loss
         now[layout.JUMPED] = 1.0
@@ -207,7 +207,7 @@ def step_resting(
         now[layout.TOUCHED] = 1.0
     land(rows, edge, now, advances)
     if not advances:
-        spent = edge[layout.PER_AREA] * (before * before - now[layout.REACH] * now[layout.REACH])
+        spent = edge[layout.PER_AREA] * (before * before - now[layout.ATTACHED] * now[layout.ATTACHED])
         now[layout.SPENT] += spent
         now[layout.DISSIPATED] += spent
     return layout.COMPLETE, float(now[layout.NORMAL])

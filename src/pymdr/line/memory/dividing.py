@@ -27,25 +27,25 @@ class Parts(NamedTuple):
 
     row: np.ndarray
     """(k,) the row of each."""
-    share: FloatArray
-    """(k,) its end as a share of the row, which is 1 for the last part of a row."""
+    fraction: FloatArray
+    """(k,) its end as a fraction of the row, which is 1 for the last part of a row."""
 
     @property
     def own(self) -> np.ndarray:
         """Where the rows themselves are among the ends of their parts."""
-        return np.flatnonzero(self.share == 1.0)
+        return np.flatnonzero(self.fraction == 1.0)
 
     def halved(self, parts: int) -> Parts:
         """Each of them in that many parts alike."""
-        begin = np.append(0.0, np.where(self.share == 1.0, 0.0, self.share)[:-1])
+        begin = np.append(0.0, np.where(self.fraction == 1.0, 0.0, self.fraction)[:-1])
         left = np.arange(parts - 1.0, -1.0, -1.0) / parts
-        share = self.share[:, None] - (self.share - begin)[:, None] * left
-        return Parts(np.repeat(self.row, parts), share.ravel())
+        fraction = self.fraction[:, None] - (self.fraction - begin)[:, None] * left
+        return Parts(np.repeat(self.row, parts), fraction.ravel())
 
     def along(self, values: FloatArray, start: float) -> FloatArray:
         """Values at the ends of the parts, straight between those of the rows and from a start."""
         moves = np.diff(values, prepend=start)
-        return np.asarray(values[self.row] - moves[self.row] * (1.0 - self.share))
+        return np.asarray(values[self.row] - moves[self.row] * (1.0 - self.fraction))
 
 
 def whole_rows(count: int) -> Parts:

@@ -12,6 +12,7 @@ from pymdr.compiling import inner
 from pymdr.line.memory.kernels import (
     CROSS,
     DECAY,
+    DK,
     FIRM,
     GREATEST_H,
     GREATEST_W,
@@ -26,7 +27,6 @@ from pymdr.line.memory.kernels import (
     MOVED,
     OWN,
     RAMP,
-    SHARE,
     SOFT,
     SQUARED,
     STIFFNESS,
@@ -64,7 +64,7 @@ def form_group(springs: FloatArray, count: int, state: FloatArray, other: FloatA
         table[j, GROUP_DECAY], table[j, GROUP_GAIN], table[j, SUM_H], table[j, SUM_HH] = 1.0, 0.0, 0.0, 0.0
         table[j, LEAST_H], table[j, GREATEST_H] = math.inf, -math.inf
     for i in range(grouped):
-        dk, w = springs[SHARE, i], state[i, W]
+        dk, w = springs[DK, i], state[i, W]
         stiff += dk
         width += dk * w
         squared += dk * w * w

@@ -46,7 +46,7 @@ PART_DECAY, PART_MEAN, PART_RAMP, PART_OWN, PART_CROSS, PART_MOVED = range(MOVED
 """The same over a part of a step."""
 GROUP_DECAY, GROUP_GAIN, LEAST_H, GREATEST_H, SUM_H, SUM_HH = range(PART_MOVED + 1, PART_MOVED + 7)
 """Of the branches of a group: h is FADE times the first h plus GAINED; the lowest and highest first h, sum k h, sum k h^2."""
-RATE_OF_MODE, REACH, BACK = range(SUM_HH + 1, SUM_HH + 4)
+RATE_OF_MODE, PARTICIPATION, BACK = range(SUM_HH + 1, SUM_HH + 4)
 """Of the modes: the rate and the deflection of a unit amplitude; from BACK on what each mode adds to a branch."""
 (
     DURATION,
@@ -68,7 +68,7 @@ FORCE, RATE, STORED, DISSIPATED, WORK, EDGE_DEPTH, LAST, COUNT, PARTS, INDENTATI
 """Columns of a row; RATE is dF/dd, LAST the outermost spring in contact, COUNT the number in contact, PARTS all intervals tried. A
 history adds the indentation, the row of a part and the end of the part as a fraction of the row."""
 COLUMNS = 12
-HEIGHT, SHARE, CENTRE, OUTER, POSITION = range(5)
+HEIGHT, DK, CENTRE, OUTER, POSITION = range(5)
 """Rows of the springs: d0, dk, k per unit modulus at the spring and at the outer end of its part, and x."""
 
 
@@ -104,7 +104,7 @@ def body_of(relaxation: Relaxation, modes: Modes | None = None) -> Body:
     table[:n, MODULUS], table[:n, SOFT] = relaxation.moduli, 1.0 / relaxation.moduli
     table[:n, RELAXING] = relaxation.times
     if modes is not None:
-        table[:k, RATE_OF_MODE], table[:k, REACH] = modes.rates, modes.reach
+        table[:k, RATE_OF_MODE], table[:k, PARTICIPATION] = modes.rates, modes.participation
         table[:n, BACK : BACK + k] = modes.to_branches
         table[:k, BACK + size :] = modes.to_modes
     known = np.zeros(GROUP_MOVE + 1)
@@ -197,7 +197,7 @@ def to_modes(body: Body, w: float) -> float:
         for j in range(n):
             m += table[k, into + j] * table[j, H]
         table[k, M] = m
-        rest -= table[k, REACH] * m
+        rest -= table[k, PARTICIPATION] * m
     return rest if body.equilibrium == 0.0 else 0.0
 
 
@@ -221,7 +221,7 @@ def recover(body: Body, duration: float, rest: float) -> tuple[float, float]:
         dissipated -= 0.5 * math.expm1(-2.0 * x) * m * m
         m *= math.exp(-x)
         table[k, M] = m
-        w += table[k, REACH] * m
+        w += table[k, PARTICIPATION] * m
     return w, dissipated
 
 
@@ -270,7 +270,7 @@ def _next_change(
     if free:
         n = body.modes
         for k in range(n):
-            table[k, DECAYING], table[k, GROWING] = table[k, REACH] * table[k, M], 0.0
+            table[k, DECAYING], table[k, GROWING] = table[k, PARTICIPATION] * table[k, M], 0.0
             table[k, RATES] = duration * table[k, RATE_OF_MODE]
     else:
         for j in range(n):
@@ -377,7 +377,7 @@ def step(
     stored, dissipated, work, force, rate, stays = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     last, count, parts, q_last, q_before = first - 1, 0, 0, 0.0, 0.0
     for i in range(first, active):
-        y, dk, w = springs[HEIGHT, i], springs[SHARE, i], old[i, W]
+        y, dk, w = springs[HEIGHT, i], springs[DK, i], old[i, W]
         there, free = end - y, old[i, FREE] != 0.0
         q, least, energy = equilibrium * there + drag, min(equilibrium * w, equilibrium * there) + drag, 0.0
         if free:
@@ -385,11 +385,11 @@ def step(
             gap, there_free = rest + y - max(move.start, end), rest
             parts += 1
             for k in range(modes):
-                before, reach = old[i, BRANCHES + k], table[k, REACH]
+                before, participation = old[i, BRANCHES + k], table[k, PARTICIPATION]
                 after = table[k, MODE_DECAY] * before
                 new[i, BRANCHES + k] = after
-                there_free += reach * after
-                gap += min(reach * before, reach * after)
+                there_free += participation * after
+                gap += min(participation * before, participation * after)
                 energy += after * after
                 faded += table[k, MODE_DISSIPATION] * before * before
             if gap > 0.0:
@@ -501,5 +501,5 @@ def _force_up_to_edge(
     return float(
         0.5 * (q_border + q_last) * (centre - border)
         + 0.5 * (q_last + q_edge) * (k_edge - centre)
-        - q_last * springs[SHARE, last]
+        - q_last * springs[DK, last]
     )

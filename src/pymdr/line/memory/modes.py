@@ -18,14 +18,14 @@ sides; and from BORNE on the forces of its branches, or the amplitudes of the mo
 
 class Modes(NamedTuple):
     """
-    Amplitudes m with m' = -rates m, w = rest + reach . m, energy |m|^2 / 2.
+    Amplitudes m with m' = -rates m, w = rest + participation . m, energy |m|^2 / 2.
 
     rest is 0 with an equilibrium modulus and stays what it is without one.
     """
 
     rates: FloatArray
     """(k,) in 1/s, above 0."""
-    reach: FloatArray
+    participation: FloatArray
     """(k,) deflection of a unit amplitude."""
     to_modes: FloatArray
     """(k, n + 1) from the forces of the branches and w to m."""
@@ -56,7 +56,7 @@ def modes_of(body: Relaxation) -> Modes:
         rest = q[:, 0] * np.sqrt(body.equilibrium) if solid else np.zeros(rates.size)
         q = q[:, int(solid) :]
         to_modes, to_branches = q / roots, roots[:, None] * q.T
-        reach = -norm / (rates * np.sqrt(body.viscosity))
+        participation = -norm / (rates * np.sqrt(body.viscosity))
     else:
         rest = np.zeros(rates.size)
         # the flow of a liquid is a mode of the rate 0, which no free spring has
@@ -64,10 +64,10 @@ def modes_of(body: Relaxation) -> Modes:
         q, norm = q[q.shape[0] - rates.size :], norm[norm.size - rates.size :]
         scale = np.sqrt(rates)[:, None]
         to_modes, to_branches = q / scale * (np.sqrt(decay) / roots), (q * scale * (roots / np.sqrt(decay))).T
-        reach = -norm / np.sqrt(rates * body.glassy)
+        participation = -norm / np.sqrt(rates * body.glassy)
     into = [np.column_stack([to_modes[:, group], rest])]
     back = [(body.moduli / moduli[group])[:, None] * to_branches[group]]
-    all_rates, reached = [rates], [reach]
+    all_rates, all_participations = [rates], [participation]
     for g in np.flatnonzero(np.bincount(group, minlength=decay.size) > 1):
         own = np.flatnonzero(group == g)
         bare = np.sqrt(body.moduli[own])
@@ -77,10 +77,10 @@ def modes_of(body: Relaxation) -> Modes:
         into[-1][:, own] /= bare
         back.append((distinct[:, :-1] * np.sqrt(body.moduli)).T)
         all_rates.append(np.full(own.size - 1, decay[g]))
-        reached.append(np.zeros(own.size - 1))
+        all_participations.append(np.zeros(own.size - 1))
     return Modes(
         np.concatenate(all_rates),
-        np.concatenate(reached),
+        np.concatenate(all_participations),
         np.ascontiguousarray(np.vstack(into)),
         np.ascontiguousarray(np.hstack(back)),
     )
@@ -126,7 +126,7 @@ def unpacked(
     state[free, BRANCHES:] = 0.0
     state[free, BRANCHES : BRANCHES + k] = amplitudes
     if relaxation.equilibrium == 0.0:
-        state[free, REST] = deflection[free] - amplitudes @ modes.reach
+        state[free, REST] = deflection[free] - amplitudes @ modes.participation
     return state
 
 

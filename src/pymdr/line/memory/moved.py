@@ -123,7 +123,7 @@ class RelaxingContacts(WithoutShift, WithoutAdhesion, Moved):
             notes = np.zeros((self._kernels.NOTES, t.size, springs.shape[0]))
             rows = self._follow(i, np.stack([t[1:], d[1:], np.zeros(t.size - 1)]), notes)
             radii = contact_radii(self.curve, self.springs, rows)
-            yield parts.share[some], Passage(self.springs, t, d, rows[:, self._at.FORCE], radii, notes)
+            yield parts.fraction[some], Passage(self.springs, t, d, rows[:, self._at.FORCE], radii, notes)
 
     def _keep(self, i: int) -> None:
         """Keep the state before a step. Times count from there: its duration may be short against the whole."""

@@ -21,6 +21,7 @@ from pymdr.line.memory.kernels import (
     COLUMNS,
     COUNT,
     DISSIPATED,
+    DK,
     FORCE,
     GROUP_DECAY,
     GROUP_GAIN,
@@ -34,7 +35,6 @@ from pymdr.line.memory.kernels import (
     PART,
     PARTS,
     RATE,
-    SHARE,
     STORED,
     WORK,
     Body,
@@ -374,7 +374,7 @@ def _must_halve(
         _record_loads(run, depths[k], states[k], notes, k)
     for i in range(touched):
         load = 0.0 if lift else notes[LOAD, 2, i]
-        bent += run.springs[SHARE, i] * abs(load - 0.5 * (notes[LOAD, 0, i] + notes[LOAD, 1, i]))
+        bent += run.springs[DK, i] * abs(load - 0.5 * (notes[LOAD, 0, i] + notes[LOAD, 1, i]))
     return bent > straightness * strength
 
 

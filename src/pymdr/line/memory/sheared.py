@@ -80,15 +80,15 @@ class ShearedContacts(OnNormal):
         for array in (springs, row):
             array[BEFORE] = array[NOW]
         here, normal = float(row[NOW, at.SHIFT]), 0.0
-        for share, passage in self.normal.step_in_parts(i, depth, duration, self.division):
-            rows = np.zeros((share.size, row.shape[1]))
+        for fraction, passage in self.normal.step_in_parts(i, depth, duration, self.division):
+            rows = np.zeros((fraction.size, row.shape[1]))
             for scratch in self._scratch:
                 scratch[:] = springs[NOW]
             self._run.own[:] = 0.0  # of the steps and contacts before
             at.shear(
                 self._run,
                 at.Pressed(row_data(self.normal.curve, passage, self.normal.relaxation), passage.notes),
-                shift - (shift - here) * (1.0 - share),
+                shift - (shift - here) * (1.0 - fraction),
                 (False, 0.0),
                 (float(row[NOW, at.SHIFT]), active_springs(springs[NOW])),
                 (springs[NOW], *self._scratch),

@@ -24,6 +24,7 @@ from pymdr.line.memory.groups import (
 from pymdr.line.memory.kernels import (
     CROSS,
     DECAY,
+    DK,
     FIRM,
     GROUPED,
     HEIGHT,
@@ -34,12 +35,11 @@ from pymdr.line.memory.kernels import (
     OWN,
     PART_DECAY,
     PART_MEAN,
+    PARTICIPATION,
     POSITION,
     RAMP,
     RATE_OF_MODE,
-    REACH,
     RELAXING,
-    SHARE,
     SOFT,
     STIFFNESS,
     Body,
@@ -122,16 +122,16 @@ def _drive(body: Body, start: float, end: float, duration: float, v: float) -> t
     given, dissipated, there = flow, flow, 0.0
     to_modes(body, v)
     for k in range(body.modes):
-        reach, m = table[k, REACH], table[k, M]
-        there -= reach * m
+        participation, m = table[k, PARTICIPATION], table[k, M]
+        there -= participation * m
         decay, mean, ramp, own, cross, moved = moments(duration * table[k, RATE_OF_MODE])
-        pushed, rest = -reach * rise, m - reach * start
+        pushed, rest = -participation * rise, m - participation * start
         after = decay * rest + mean * pushed
         dissipated += own * rest * rest + pushed * (2.0 * cross * rest + moved * pushed)
-        given += reach * (end * after - start * rest - rise * (mean * rest + ramp * pushed))
-        given += 0.5 * reach * reach * (end * end - start * start)
-        table[k, M] = after + reach * end
-        there += reach * table[k, M]
+        given += participation * (end * after - start * rest - rise * (mean * rest + ramp * pushed))
+        given += 0.5 * participation * participation * (end * end - start * start)
+        table[k, M] = after + participation * end
+        there += participation * table[k, M]
     to_branches(body)
     if body.equilibrium == 0.0:
         there += 0.5 * duration * (start + end) / flowing
@@ -356,13 +356,13 @@ def _step(
         force, rate, stored, worked, dissipated = group_forces(body, Move(0.0, du, given[r, TIME], 0.0))
         size = known[STIFFNESS] * greatest_force(body, du)
         for i in range(grouped):
-            normal += springs[SHARE, i] * notes[LOAD, r + 1, i]
+            normal += springs[DK, i] * notes[LOAD, r + 1, i]
     last, slipped, innermost = top - 1, 0.0, 0.0
     while last >= 0 and notes[GAP, r + 1, last] >= 0.0:
         last -= 1
     _plain(run, pressed, r, du, top, old, new)
     for i in range(grouped, top):
-        dk, q = springs[SHARE, i], own[_OWN_FORCE, i]
+        dk, q = springs[DK, i], own[_OWN_FORCE, i]
         own[_MARGIN, i] = math.inf
         if math.isnan(q):
             q = call(run.change, 0.0, (run, pressed, r, du, i, old, new))

@@ -204,7 +204,7 @@ def compliant(relaxation: Relaxation, time: FloatArray, force: FloatArray) -> Fl
     modes = modes_of(relaxation)
     times = 1.0 / modes.rates
     lag = _recursed(np.exp(-waits[:, None] / times), _pushed(waits, steps, times))
-    parts = modes.reach**2
+    parts = modes.participation**2
     answer = (load[:, None] - lag) @ parts
     if relaxation.viscosity == 0.0:
         answer = answer + load / relaxation.glassy

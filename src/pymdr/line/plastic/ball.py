@@ -29,9 +29,9 @@ def wall_factor(depth: Number, radius: float) -> Number:
     return factor
 
 
-def yield_pressure(strength: float, share: Number) -> Number:
+def yield_pressure(strength: float, fraction: Number) -> Number:
     """Mean pressure p_Y = Y (1 + 1.75 exp(-4.4 M / R)) in Pa of a contact that yields, by its largest indentation over R."""
-    pressure: Number = strength * (1.0 + 1.75 * np.exp(-4.4 * share))
+    pressure: Number = strength * (1.0 + 1.75 * np.exp(-4.4 * fraction))
     return pressure
 
 

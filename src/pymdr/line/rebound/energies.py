@@ -49,8 +49,8 @@ def energies(motion: Motion, time: FloatArray) -> Energies:
     flat = float(motion_rows(motion, _AT_ONCE * time[1:2]).radius[0])
     if flat > _FLAT * edge[1]:  # springs that are all touched at once
         touched, span, edge[0] = np.append(0.0, touched), np.append(0.0, span), flat
-    share = 2.0 * np.diff(edge[: ends.size], prepend=0.0)[-touched.size :]
-    share[0] = 2.0 * edge[ends.size - touched.size]
+    widths = 2.0 * np.diff(edge[: ends.size], prepend=0.0)[-touched.size :]
+    widths[0] = 2.0 * edge[ends.size - touched.size]
     at_touch = motion_rows(motion, touched)
     own, then = branches(motion, time), branches(motion, touched)
     in_contact = (touched < rows.touched[:, None]) | ((touched == 0.0) & (rows.touched[:, None] > 0.0))
@@ -58,7 +58,7 @@ def energies(motion: Motion, time: FloatArray) -> Energies:
         in_contact = touched < time[:, None]
     w = np.where(in_contact, rows.depth[:, None] - at_touch.depth, 0.0)
     load = body.equilibrium * w
-    stored = 0.5 * body.equilibrium * (w * w @ share)
+    stored = 0.5 * body.equilibrium * (w * w @ widths)
     rate = body.viscosity * rows.velocity**2 * 2.0 * edge
     since = np.where(in_contact, np.maximum(time[:, None] - (touched + 0.5 * span), 0.0), 0.0)
     for modulus, tau, now, before in zip(body.moduli, body.times, own.T, then.T, strict=True):
@@ -69,8 +69,8 @@ def energies(motion: Motion, time: FloatArray) -> Energies:
         )
         extension = np.where(in_contact, now[:, None] - recent * (mean * before), 0.0)
         squares = modulus * (
-            extension * extension @ share
-            + np.where(in_contact, recent * recent, 0.0) @ (spread * before**2 * share)
+            extension * extension @ widths
+            + np.where(in_contact, recent * recent, 0.0) @ (spread * before**2 * widths)
         )
         stored += 0.5 * squares
         rate += squares / tau
@@ -84,7 +84,7 @@ def energies(motion: Motion, time: FloatArray) -> Energies:
         amplitudes = np.column_stack([extension * body.moduli, lengths]) @ modes.to_modes.T
         wait = np.maximum(time[:, None] - parted, 0.0)
         for speed, amplitude in zip(modes.rates, amplitudes.T, strict=True):
-            weight = 0.5 * amplitude**2 * share
+            weight = 0.5 * amplitude**2 * widths
             left = np.where(in_contact, 0.0, np.exp(-2.0 * speed * wait))
             free = (time[:, None] >= parted) & ~in_contact
             stored += np.where(free, left, 0.0) @ weight

@@ -186,12 +186,12 @@ def moments(x: float, out: FloatArray) -> None:
 def state_at(body: Body, track: Track, k: int, x: float, wait: float, part: FloatArray) -> State:
     """What the motion up to x in s after the begin of step k still does a time later."""
     step = track.steps[k]
-    share = x / step[LENGTH] if step[LENGTH] > 0.0 else 0.0
+    fraction = x / step[LENGTH] if step[LENGTH] > 0.0 else 0.0
     v, d, power = 0.0, 0.0, 1.0
     for p in range(NODES + 1):
         v += step[SPEED + p] * power
         d += step[SPEED + p] * power / (p + 1.0)
-        power *= share
+        power *= fraction
     d = step[DEPTH] + x * d
     a, f, _work = curve(body.line, d)
     pull, force, modulus = body.equilibrium * d, body.equilibrium * f, body.equilibrium
@@ -204,7 +204,7 @@ def state_at(body: Body, track: Track, k: int, x: float, wait: float, part: Floa
         for p in range(NODES):
             own += step[SPEED + p] * power * part[p]
             other += step[RATE + p] * power * part[p]
-            power *= share
+            power *= fraction
         own += step[SPEED + NODES] * power * part[NODES]
         pull += left * body.moduli[i] * (decay * track.pulls[k, i] + x * own)
         modulus += body.moduli[i] * left
@@ -694,11 +694,11 @@ def extended(
         while k < count - 1 and time[r] >= steps[k + 1, BEGIN]:
             k += 1
         x = min(time[r] - steps[k, BEGIN], steps[k, LENGTH])
-        share = x / steps[k, LENGTH]
+        fraction = x / steps[k, LENGTH]
         for i in range(times.size):
             moments(x / times[i], part)
             total, power = 0.0, x
             for p in range(NODES + 1):
                 total += steps[k, SPEED + p] * power * part[p]
-                power *= share
+                power *= fraction
             out[r, i] = math.exp(-x / times[i]) * track.pulls[k, i] + total

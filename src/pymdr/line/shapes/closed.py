@@ -112,7 +112,7 @@ def ellipse_factor(ratio: float) -> tuple[float, float]:
     Returns
     -------
     tuple of float
-        The factor, and the share of directions without an outline of their own.
+        The factor, and the fraction of directions without an outline of their own.
 
     Examples
     --------
@@ -158,7 +158,7 @@ def homogeneous_estimate(power: int, shape: FloatArray, weights: FloatArray) -> 
     Returns
     -------
     tuple of float
-        Force, longest radius, and share of directions in which there is no root.
+        Force, longest radius, and fraction of directions in which there is no root.
     """
     n = power
     moment = shape * 0.5 * math.sqrt(math.pi) * math.gamma(0.5 * n + 1.0) / math.gamma(0.5 * n + 1.5)

@@ -98,7 +98,7 @@ class RayLaw(ShapeLaw):
 
 
 def _stationary(table: RayTable, depth: FloatArray) -> FloatArray:
-    """Force, stiffness, longest radius, share of directions without a root, stretch of the outline and model error, for E* = 1."""
+    """Force, stiffness, longest radius, fraction of directions without a root, stretch of the outline and model error, for E* = 1."""
     s, d = table.nodes, depth[:, None]
     radii = np.exp(s)
     on_nodes = np.broadcast_to(s[:, None], (s.size, table.directions))

@@ -15,18 +15,18 @@ from pymdr.line.soft.kernels import (
     DECAY,
     DEPTH,
     FORCE,
+    FRACTION,
     HEIGHT,
     INTO,
     LAG,
     OUTER,
     OUTER_EDGE,
+    PARTICIPATION,
     RADIUS,
     RATE,
-    REACH,
     RIM,
     RISE,
     SCRATCH,
-    SHARE,
     SIGMA,
     SPACING,
     SPENT,
@@ -207,7 +207,7 @@ def energies(zone: Zone) -> tuple[float, float, float]:
     cells = zone.end[CELLS]
     rest, widest, graded = 1.0, h * node.shape[0] / (_SUMMED * cells), 1.25 / cells
     for j in range(n):
-        rest -= body[SHARE, j]
+        rest -= body[FRACTION, j]
     i, stride, last_own, last_idle = 0, 0, 0.0, 0.0
     # g - d + W times sqrt(c + x) in the zone; the stress itself is integrated in closed form
     place, opened = -1.0, 0.0
@@ -216,7 +216,7 @@ def energies(zone: Zone) -> tuple[float, float, float]:
         opened, _ = of_table(zone, a)
         opened -= d
         for k in range(n):
-            opened += body[REACH, k] * zone.edge[OUTER_EDGE, k]
+            opened += body[PARTICIPATION, k] * zone.edge[OUTER_EDGE, k]
         opened *= math.sqrt(c + a)
     while i < node.shape[0]:
         x, g, idle = i * h, zone.profile[0, i], t - node[i, n]
@@ -233,7 +233,7 @@ def energies(zone: Zone) -> tuple[float, float, float]:
                 m = node[i, k] * math.exp(-body[DECAY, k] * idle)
                 if idle > 0.0:
                     at_rest += body[DECAY, k] * (node[i, k] - m) * (node[i, k] + m)
-                w += body[REACH, k] * m
+                w += body[PARTICIPATION, k] * m
                 for j in range(n):
                     v[j] += body[INTO + n + j, k] * m
             if x < c:
@@ -244,7 +244,7 @@ def energies(zone: Zone) -> tuple[float, float, float]:
                 w -= 2.0 * sigma * math.sqrt(c * c - x * x)
         own = rest * w * w
         for j in range(n):
-            own += body[SHARE, j] * (w - v[j]) ** 2
+            own += body[FRACTION, j] * (w - v[j]) ** 2
         stored += 0.5 * h * stride * (own + last_own)
         pending += 0.5 * h * stride * (at_rest + last_idle)
         last_own, last_idle = own, at_rest
@@ -258,7 +258,7 @@ def energies(zone: Zone) -> tuple[float, float, float]:
         value, _ = of_table(zone, c)
         value -= d
         for k in range(n):
-            value += body[REACH, k] * zone.edge[RIM, k]
+            value += body[PARTICIPATION, k] * zone.edge[RIM, k]
         cohesive += under_root(c - place, 0.0, opened, value * math.sqrt(2.0 * c))
     cohesive -= 2.0 * sigma * (c - a) ** 2 * (2.0 * c + a) / 3.0
     surface = 4.0 * sigma * cohesive - math.pi * sigma * zone.end[HEIGHT] * c * c
@@ -280,7 +280,7 @@ def begins(zone: Zone, length: float, control: float) -> bool:
     n, creep = zone.body.shape[1], 0.0
     idle = zone.now[TIME] + length - zone.node[0, n]
     for j in range(n):
-        creep += zone.body[REACH, j] * zone.node[0, j] * math.exp(-zone.body[DECAY, j] * idle)
+        creep += zone.body[PARTICIPATION, j] * zone.node[0, j] * math.exp(-zone.body[DECAY, j] * idle)
     return bool(creep - control / zone.end[ALPHA] - zone.end[HEIGHT] <= 0.0)
 
 

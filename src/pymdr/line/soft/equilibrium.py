@@ -21,6 +21,7 @@ from pymdr.line.soft.kernels import (
     DEPTH,
     FADE,
     FORCE,
+    FRACTION,
     HEIGHT,
     HERE,
     INNER_EDGE,
@@ -29,11 +30,10 @@ from pymdr.line.soft.kernels import (
     LAG,
     OUTER,
     OUTER_EDGE,
+    PARTICIPATION,
     RADIUS,
     RATE,
-    REACH,
     RIM,
-    SHARE,
     SIGMA,
     SPACING,
     SQUARES,
@@ -150,7 +150,7 @@ def bear(zone: Zone) -> None:
     _, area = of_table(zone, a)
     inside = a * d - area
     for j in range(body.shape[1]):
-        inside -= body[SHARE, j] * (a * zone.after[LAG, j] - area + zone.after[SUM, j])
+        inside -= body[FRACTION, j] * (a * zone.after[LAG, j] - area + zone.after[SUM, j])
     root = math.sqrt(max((c - a) * (c + a), 0.0))
     end[FORCE] = 2.0 * inside - 2.0 * end[SIGMA] * (c * c * math.atan2(root, a) - a * root)
 
@@ -168,17 +168,17 @@ def edge_at(zone: Zone, a1: float, advancing: bool) -> float:
         pulled(zone, a1, 0.0, 1.0)
         d1 = g - pull
         for j in range(n):
-            d1 += body[REACH, j] * workspace[HERE, j]
+            d1 += body[PARTICIPATION, j] * workspace[HERE, j]
             after[OUTER_EDGE, j] = workspace[HERE, j]
     else:
         deviation_at(zone, a1)
         fixed, slope = g - pull, 1.0
         for j in range(n):
             workspace[HERE, j] *= workspace[FADE, j]
-            fixed += body[SHARE, j] * (
+            fixed += body[FRACTION, j] * (
                 workspace[FADE, j] * zone.edge[LAG, j] + workspace[WAS, j] * d0 - g + workspace[HERE, j]
             )
-            slope -= body[SHARE, j] * workspace[WILL, j]
+            slope -= body[FRACTION, j] * workspace[WILL, j]
         d1 = fixed / slope
     for j in range(n):
         after[LAG, j] = (
@@ -209,7 +209,7 @@ def rest(zone: Zone, off: float) -> None:
     # the force is linear in the depth
     slope = 1.0
     for j in range(n):
-        slope -= body[SHARE, j] * workspace[WILL, j]
+        slope -= body[FRACTION, j] * workspace[WILL, j]
     change = -off / (end[ALPHA] + 2.0 * a * end[BETA] * slope)
     end[DEPTH] += change
     g, _ = of_table(zone, a)
@@ -359,7 +359,7 @@ def excess(zone: Zone, c: float) -> float:
                 workspace[HERE, j] += body[INTO + j, k] * (zone.edge[LAG, k] - total + workspace[BEFORE, k])
     for j in range(n):
         after[RIM, j] = workspace[HERE, j]
-        total += body[REACH, j] * workspace[HERE, j]
+        total += body[PARTICIPATION, j] * workspace[HERE, j]
     zone.points[0, 0], zone.points[1, 0] = 0.0, total - d
     count = 1
     for p in range(int(end[KNOTS])):
@@ -369,13 +369,13 @@ def excess(zone: Zone, c: float) -> float:
             node_end(zone, i)
             total = zone.profile[0, i]
             for j in range(n):
-                total += body[REACH, j] * workspace[HERE, j]
+                total += body[PARTICIPATION, j] * workspace[HERE, j]
             zone.points[0, count], zone.points[1, count] = math.sqrt(c - x), total - d
             count += 1
     if a > 0.0:
         total, _ = of_table(zone, a)
         for j in range(n):
-            total += body[REACH, j] * after[OUTER_EDGE, j]
+            total += body[PARTICIPATION, j] * after[OUTER_EDGE, j]
         zone.points[0, count], zone.points[1, count] = math.sqrt(c - a), total - d
         count += 1
     gap = 4.0 / math.pi * (over_zone(zone, count, c) - sigma * (c - a))

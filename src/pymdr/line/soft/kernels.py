@@ -23,7 +23,7 @@ TIME, RADIUS, OUTER, DEPTH, FORCE, COUNT, SPENT = range(7)
 LENGTH, ALPHA, BETA, CONTROL, SIGMA, HEIGHT, SPACING, KNOTS, CELLS, RISE = range(6, 16)
 """Entries of the end of a step: its length, alpha d + beta F = control at its end, cohesive stress and range, spacing of the nodes,
 number of the nodes chosen for the gap, cells of the gap over the zone, slope of the gap in c."""
-SHARE, RATE, DECAY, REACH, INTO = range(5)
+FRACTION, RATE, DECAY, PARTICIPATION, INTO = range(5)
 """Rows of a body: e_j = E_j/E_0, 1/tau_j, lambda_j, beta_j; from INTO on the matrix of m = into v, then that of v = back m."""
 LAG, SUM, SQUARES, INNER_EDGE, OUTER_EDGE, RIM, SUM_BEFORE, SQUARES_BEFORE = range(8)
 """Rows at the edges: D_j, int_0^a y_j dx, int_0^a y_j^2 dx, y and m at x = a, m at x = c; both integrals before the step, to the smaller a."""
@@ -40,7 +40,7 @@ class Zone(NamedTuple):
     """Springs, edges and a trial step, in units of the instantaneous modulus and the largest radius."""
 
     body: FloatArray
-    """(4 + 2 n, n) for n relaxation times: rows SHARE ... INTO."""
+    """(4 + 2 n, n) for n relaxation times: rows FRACTION ... INTO."""
     profile: FloatArray
     """(2, nodes) g and int_0^x g on uniform nodes from x = 0 on."""
     now: FloatArray
@@ -218,7 +218,7 @@ def pulled(zone: Zone, x: float, s0: float, s1: float) -> None:
         if s1 > sb:
             total *= math.exp(-lam * (s1 - sb) * length)
         kept = math.exp(-lam * (s1 - s0) * length)
-        workspace[HERE, j] = workspace[HERE, j] * kept - 2.0 * sigma * body[REACH, j] * total
+        workspace[HERE, j] = workspace[HERE, j] * kept - 2.0 * sigma * body[PARTICIPATION, j] * total
 
 
 @inner
@@ -287,7 +287,7 @@ def spent_in_contact(zone: Zone, low: float) -> float:
         w0, w01, w1 = mean_products(x)
         total += (
             2.0
-            * body[SHARE, j]
+            * body[FRACTION, j]
             * x
             * (
                 w0 * (before * before * low - 2.0 * before * y + square)
@@ -333,10 +333,10 @@ def spent_at(zone: Zone, i: int) -> float:
         if not was and idle > 0.0:
             total += rate * entry * entry * -math.expm1(-2.0 * rate * idle)
         entry *= math.exp(-rate * idle)
-        begin = now[DEPTH] - zone.edge[LAG, j] - entry if was else body[REACH, j] * q0 - rate * entry
-        weight = body[SHARE, j] * rate if was else 1.0
+        begin = now[DEPTH] - zone.edge[LAG, j] - entry if was else body[PARTICIPATION, j] * q0 - rate * entry
+        weight = body[FRACTION, j] * rate if was else 1.0
         if was == stays:
-            to = body[REACH, j] * q1 - rate * workspace[HERE, j]
+            to = body[PARTICIPATION, j] * q1 - rate * workspace[HERE, j]
             p, both, q = mean_products(rate * length)
             total += 2.0 * weight * length * (p * begin * begin + both * begin * to + q * to * to)
             continue
@@ -349,8 +349,8 @@ def spent_at(zone: Zone, i: int) -> float:
         # the other side of the edge
         begin = speed if was else workspace[BEFORE, j]
         rate = body[DECAY, j] if was else body[RATE, j]
-        weight = 1.0 if was else body[SHARE, j] * rate
-        to = body[REACH, j] * q1 - rate * workspace[HERE, j]
+        weight = 1.0 if was else body[FRACTION, j] * rate
+        to = body[PARTICIPATION, j] * q1 - rate * workspace[HERE, j]
         if not was:
             to = end[DEPTH] - zone.after[LAG, j] - workspace[HERE, j]
         p, both, q = mean_products(rate * last)
@@ -370,7 +370,7 @@ def spent_at_edge(zone: Zone) -> float:
             end[DEPTH] - zone.after[LAG, j] - zone.workspace[FADE, j] * y,
         )
         p, both, q = mean_products(x)
-        total += 2.0 * body[SHARE, j] * x * (p * begin * begin + both * begin * to + q * to * to)
+        total += 2.0 * body[FRACTION, j] * x * (p * begin * begin + both * begin * to + q * to * to)
     return total
 
 

@@ -182,18 +182,18 @@ class ZoneSprings:
         x = x[i]
         entries, idle = zone.node[i, :n], t - zone.node[i, n:]
         within, beyond = (x < a - touching) & (a > 0.0), (x > a + touching) | (a == 0.0)
-        lag = (entries * np.exp(-zone.body[k.RATE] * idle))[within] @ zone.body[k.SHARE]
-        creep = (entries * np.exp(-zone.body[k.DECAY] * idle))[beyond] @ zone.body[k.REACH]
+        lag = (entries * np.exp(-zone.body[k.RATE] * idle))[within] @ zone.body[k.FRACTION]
+        creep = (entries * np.exp(-zone.body[k.DECAY] * idle))[beyond] @ zone.body[k.PARTICIPATION]
         inside, outside = x[within], x[beyond]
         if a > 0.0:
             inside, outside = np.append(inside, a), np.append(a, outside)
-            lag = np.append(lag, zone.edge[k.INNER_EDGE] @ zone.body[k.SHARE])
-            creep = np.append(zone.edge[k.OUTER_EDGE] @ zone.body[k.REACH], creep)
+            lag = np.append(lag, zone.edge[k.INNER_EDGE] @ zone.body[k.FRACTION])
+            creep = np.append(zone.edge[k.OUTER_EDGE] @ zone.body[k.PARTICIPATION], creep)
         if c > 0.0:
             distinct = np.abs(outside - c) > touching
             place = int(np.searchsorted(outside[distinct], c))
             outside = np.insert(outside[distinct], place, c)
-            creep = np.insert(creep[distinct], place, zone.edge[k.RIM] @ zone.body[k.REACH])
+            creep = np.insert(creep[distinct], place, zone.edge[k.RIM] @ zone.body[k.PARTICIPATION])
         return ZoneLine(unit * a, unit * c, unit * d, unit * inside, unit * lag, unit * outside, unit * creep)
 
     def follow(

@@ -152,7 +152,7 @@ def _springs_in_c(relaxation: Relaxation, rows: FloatArray) -> MemoryInC:
         relaxation.viscosity,
         rows,
         np.stack([relaxation.moduli, relaxation.times]),
-        np.stack([modes.rates, modes.reach]),
+        np.stack([modes.rates, modes.participation]),
         modes.to_modes,
         modes.to_branches,
     )

@@ -32,7 +32,7 @@ _FACTOR, _TRIED = 30.0, 13
 _FEWEST = 3
 _STEP = 1e-3
 _WEAK, _SCATTER, _SINK_IN = 0.9, 3.0, 0.5
-"""Limits: 1 - share of the film in the stiffness, misfit over noise."""
+"""Limits: 1 - fraction of the film in the stiffness, misfit over noise."""
 _NORMAL = 1.959964
 
 
@@ -118,7 +118,7 @@ class _Fit(NamedTuple):
     """Half of the 95 % interval of its logarithm."""
     fitted: FloatArray
     single: FloatArray
-    share: float
+    fraction: float
     """Largest derivative of ln E_r by ln E of the film."""
     scatter: float
 
@@ -372,7 +372,7 @@ def _study(data: _Data, fit: _Fit, body: Callable[[float], Layered], height: flo
             Assumption(
                 "influence of the film",
                 "smallest value of 1 - d ln E_r / d ln E of the film; near 1 the stiffness is that of the substrate",
-                1.0 - fit.share,
+                1.0 - fit.fraction,
                 _WEAK,
             ),
         ),
