@@ -253,13 +253,13 @@ def test_long_slip_of_a_turning_spring_under_a_changing_load(load, angle):
     """All springs of a flat punch are one: m dtheta = -sin(theta) ds, and the slip work by quadrature."""
     punch = mdr.Contact(mdr.FlatPunch("1 mm"), STEEL, STEEL, friction=mdr.Coulomb(0.3))
     moduli, depth = mdr.effective_moduli(STEEL, STEEL), 1e-6
-    reach = 0.3 * moduli.normal / moduli.tangential * depth
+    extent = 0.3 * moduli.normal / moduli.tangential * depth
     stepper = mdr.Stepper(punch, 1e3 * depth, springs=8)
     stepper.advance(depth)
-    stepper.advance(depth, (1e3 * reach * math.cos(angle), 1e3 * reach * math.sin(angle)))
+    stepper.advance(depth, (1e3 * extent * math.cos(angle), 1e3 * extent * math.sin(angle)))
     before, (x, y) = stepper.dissipated_energy, stepper.shift
     length = 0.9 / abs(load) if load < 0.0 else 50.0
-    stepper.advance(depth * (1.0 + load * length), (x + length * reach, y))
+    stepper.advance(depth * (1.0 + load * length), (x + length * extent, y))
 
     # v = log(tan(theta / 2)) falls by ds / m; slip cos(theta) ds - dm of the limit m, cos(theta) = -tanh(v)
     start = math.log(math.tan(0.5 * angle))
@@ -274,5 +274,5 @@ def test_long_slip_of_a_turning_spring_under_a_changing_load(load, angle):
         )[0]
         for ends in pairwise(places)
     )
-    expected = 2e-3 * 0.3 * moduli.normal * depth * reach * work
+    expected = 2e-3 * 0.3 * moduli.normal * depth * extent * work
     assert stepper.dissipated_energy - before == pytest.approx(expected, rel=1e-10)
