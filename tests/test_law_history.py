@@ -164,6 +164,8 @@ def test_a_plane_that_turns_in_c(tmp_path):
 def test_springs_that_are_refused(options, words):
     with pytest.raises(mdr.ProblemError, match=words):
         mdr.export_law(ball(*CASES[0]), DEEPEST, **options)
+    with pytest.raises(mdr.ProblemError, match="finite coefficient of friction in headers"):
+        mdr.export_law(ball(CASES[0][0], math.inf), DEEPEST, tangential=True, springs=32)
 
 
 @needs_c
@@ -184,6 +186,38 @@ def test_histories_in_c_are_those_of_the_stepper(case, tmp_path):
         assert computed[:, 2].max() < 300.0 * law.errors["normal_force"] * tangential + 1e-4 * tangential
         same = np.abs(computed[:, 3] - expected[:, 2]) < 2e-6 * stiffness
         assert np.count_nonzero(~same) < 0.01 * same.size
+
+
+@needs_c
+@pytest.mark.parametrize("profile", first_of([case[0] for case in (CASES[0], *CASES[4:])]))
+@pytest.mark.parametrize("capacity", first_of([64, 3]))
+def test_histories_without_slip_in_c_are_those_of_the_stepper(profile, capacity, tmp_path):
+    contact = ball(profile, math.inf)
+    law = mdr.export_law(contact, DEEPEST, tangential=True)
+    depth, shift = random_moves(7, 2000)
+    depth[::9], shift[::5] = (
+        np.append(depth[0], depth[8:-1:9]),
+        np.append(shift[0], shift[4:-1:5]),
+    )  # stays of either
+    computed = InC(law, tmp_path, ALONG, flags=[f"-DLAW_CAPACITY={capacity}"]).advance(depth, shift)
+    expected = followed(contact, depth, shift)
+    normal, tangential, stiffness = (np.abs(each).max() for each in expected.T)
+    assert computed[:, 0] == pytest.approx(expected[:, 0], rel=law.errors["normal_force"], abs=1e-14 * normal)
+    error = np.abs(computed[:, 1] - expected[:, 1])
+    assert (error <= computed[:, 2] + 1e-12 * tangential).all()
+    assert computed[:, 3] == pytest.approx(
+        expected[:, 2], rel=law.errors["normal_stiffness"], abs=1e-14 * stiffness
+    )
+    if capacity == 64:
+        assert error.max() < 1e-4 * tangential
+
+
+@needs_c
+def test_a_stack_of_two_vertices_does_not_compile(tmp_path):
+    law = mdr.export_law(ball(mdr.FlatPunch("1 mm")), DEEPEST, tangential=True)
+    with pytest.raises(subprocess.CalledProcessError) as refused:
+        InC(law, tmp_path, ALONG, flags=["-DLAW_CAPACITY=2"])
+    assert "at least 3 vertices" in refused.value.stderr
 
 
 @needs_c
@@ -257,9 +291,8 @@ def test_the_header_is_c_plus_plus_too(tmp_path):
 @pytest.mark.parametrize(
     ("contact", "words"),
     [
-        (mdr.Contact(mdr.Sphere(1.0), STEEL), "a finite coefficient of friction above 0"),
-        (ball(mdr.Sphere(1.0), math.inf), "a finite coefficient"),
-        (ball(mdr.Sphere(1.0), 0.0), "a finite coefficient"),
+        (mdr.Contact(mdr.Sphere(1.0), STEEL), "a coefficient of friction above 0"),
+        (ball(mdr.Sphere(1.0), 0.0), "a coefficient of friction above 0"),
     ],
 )
 def test_refusals(contact, words):

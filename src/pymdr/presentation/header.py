@@ -11,6 +11,7 @@ import numpy as np
 
 from pymdr.errors import ProblemError
 from pymdr.presentation.history_header import HistoryInC
+from pymdr.presentation.steps_header import StepInC
 from pymdr.units import FloatArray, shown
 
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
@@ -67,28 +68,48 @@ def c_header(data: HeaderData) -> str:
         If the name is not a C identifier.
     """
     name = identifier(data.name)
-    prefix, constants, usage, body = name.upper(), data.constants, [], _body(data)
+    constants, usage, body = data.constants, [], _body(data)
     if data.history is not None:
         constants = {**constants, **data.history.constants}
-        usage = [data.history.usage.replace("@@", prefix).replace("@", name)]
+        usage = [data.history.usage]
         body = f"{body}\n{data.history.body}"
-    parts = [
-        _comment([*data.remarks, *_usage(name, data.tip is not None), *usage]),
-        f"#ifndef {prefix}_H\n#define {prefix}_H\n\n#include <math.h>\n#include <stddef.h>\n",
-        "\n".join(
-            f"#define {prefix}_{key} ({value!r})" + (f" /* {unit} */" if unit else "")
-            for key, (value, unit) in constants.items()
-        ),
-        f"#define {prefix}_KNOTS {data.columns['u'].size}\n",
-        *(
-            _array(f"{name}_{key}_", values)
-            for key, values in data.columns.items()
-            if _power_law(data) is None
-        ),
-        body.replace("@@", prefix).replace("@", name),
-        "#endif\n",
-    ]
-    return "\n".join(parts)
+    tables = [f"#define @@_KNOTS {data.columns['u'].size}\n"]
+    if _power_law(data) is None:
+        tables += [_array(f"{name}_{key}_", values) for key, values in data.columns.items()]
+    remarks = [*data.remarks, *_usage(name, data.tip is not None), *usage]
+    return _assembled(name, remarks, constants, [*tables, body])
+
+
+def step_header(name: str, remarks: Sequence[str], largest: float, step: StepInC) -> str:
+    """
+    The text of a header of a step alone, up to a largest indentation in m.
+
+    Raises
+    ------
+    ProblemError
+        If the name is not a C identifier.
+    """
+    constants = {"LARGEST_INDENTATION": (largest, "m"), **step.constants}
+    return _assembled(identifier(name), [*remarks, "", step.usage], constants, [step.body])
+
+
+def _assembled(
+    name: str, remarks: Sequence[str], constants: Mapping[str, tuple[float, str]], parts: Sequence[str]
+) -> str:
+    """Remarks, constants and parts, in which @@ is the name in capitals and @ the name."""
+    prefix = name.upper()
+    return "\n".join(
+        [
+            _comment([line.replace("@@", prefix).replace("@", name) for line in remarks]),
+            f"#ifndef {prefix}_H\n#define {prefix}_H\n\n#include <math.h>\n#include <stddef.h>\n",
+            "\n".join(
+                f"#define {prefix}_{key} ({value!r})" + (f" /* {unit} */" if unit else "")
+                for key, (value, unit) in constants.items()
+            ),
+            *(part.replace("@@", prefix).replace("@", name) for part in parts),
+            "#endif\n",
+        ]
+    )
 
 
 def _usage(name: str, from_tip: bool) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from pymdr.presentation.memory_header import MemoryInC
@@ -17,18 +18,17 @@ class StackInC:
     """Friction along a line, of half-spaces without adhesion."""
 
     friction: float
-    """Coefficient, finite and above 0."""
+    """Coefficient above 0; inf where nothing slips."""
     ratio: float
     """G* / E*."""
 
     @property
     def constants(self) -> dict[str, tuple[float, str]]:
         """Value and unit by name."""
-        return {
-            "FRICTION": (self.friction, ""),
-            "TANGENTIAL_RATIO": (self.ratio, ""),
-            "PER_SHIFT": (self.ratio / self.friction, ""),
-        }
+        ratio = {"TANGENTIAL_RATIO": (self.ratio, "")}
+        if math.isinf(self.friction):
+            return ratio
+        return {"FRICTION": (self.friction, ""), **ratio, "PER_SHIFT": (self.ratio / self.friction, "")}
 
     @property
     def usage(self) -> str:
@@ -37,13 +37,24 @@ class StackInC:
             "@_advance(&state, d, u) goes straight to the indentation d and the shift u in m and writes both forces into the state, which "
             "begins as zeros. It returns 0, or 1 and leaves the state if d is above the largest indentation or a value is not finite. The "
             "state has no pointers: copied or saved bytes continue. @_tangential_error(&state) bounds the error of the tangential force in N; define "
-            "@@_CAPACITY before the header for longer stacks."
+            "@@_CAPACITY, at least 3, before the header for stacks of another length."
         )
 
     @property
     def body(self) -> str:
         """Type and functions, with @ for the name and @@ for the name in capitals."""
-        return _STACK.replace("CAPACITY_", str(CAPACITY))
+        stuck = math.isinf(self.friction)
+        text = _CAPACITY.replace("CAPACITY_", str(CAPACITY)) + (_STUCK if stuck else _STACK)
+        for word, shared in (
+            ("VERTICES_", _VERTICES),
+            ("MERGE_", _MERGE),
+            ("STIFFNESS_", _STIFFNESS),
+            ("FACTOR_", "" if stuck else "@@_FRICTION * "),
+            ("MEAN_", _MEAN if stuck else _SLOPED),
+            ("STICKS_", "top" if stuck else "fabs(s->slope[top]) == 1.0 ? top - 1 : top"),
+        ):
+            text = text.replace(word, shared)
+        return text
 
 
 @dataclass(frozen=True)
@@ -267,14 +278,22 @@ static inline int @_advance(@_state *s, double d)
 }
 """
 
-_STACK = """\
+_SLOPED = "s->slope[at + 1] * (s->force[at + 1] - s->force[at - 1])"
+_MEAN = (
+    "(s->b[at + 1] - s->b[at - 1]) * @_mean_(s->y[at - 1], s->force[at - 1], s->y[at + 1], s->force[at + 1])"
+)
+
+_CAPACITY = """\
 #ifndef @@_CAPACITY
 #define @@_CAPACITY CAPACITY_
 #endif
+#if @@_CAPACITY < 3
+#error "a stack needs room for at least 3 vertices"
+#endif
 
-/* Vertices of the anchor curve b(y): the spring that touches at the indentation y carries mu E* (v - b(y)), v the shift times
- * @@_PER_SHIFT, at most mu E* (d - y). A straight step cuts the curve at the new indentation, replaces what is outside the cone
- * |v - b| <= d - y by its edge, and appends the new point (Jaeger 1993). */
+"""
+
+_VERTICES = """\
 typedef struct {
     double indentation;      /* m */
     double shift;            /* m */
@@ -286,18 +305,11 @@ typedef struct {
     double b[@@_CAPACITY];
     double slope[@@_CAPACITY]; /* of the segment below a vertex */
     double force[@@_CAPACITY]; /* normal force at y */
-    double pull[@@_CAPACITY];  /* tangential force over mu of the part of the curve up to a vertex */
+    double pull[@@_CAPACITY];  /* tangential force, over mu if it is finite, of the part of the curve up to a vertex */
 } @_state;
+"""
 
-static inline void @_put_(@_state *s, int i, double y, double b, double slope, double force)
-{
-    s->y[i] = y;
-    s->b[i] = b;
-    s->slope[i] = slope;
-    s->force[i] = force;
-    s->pull[i] = s->pull[i - 1] + slope * (force - s->force[i - 1]);
-}
-
+_MERGE = """\
 static inline void @_clear_(@_state *s, double b)
 {
     s->y[0] = s->slope[0] = s->force[0] = s->pull[0] = s->merged = 0.0;
@@ -319,9 +331,9 @@ static inline int @_merge_(@_state *s, int top)
     }
     bend = least / (s->y[at + 1] - s->y[at - 1]);
     /* the change of b is at most the bend, and stays between both neighbours */
-    s->merged += @@_FRICTION * bend * (@_stiffness(s->y[at + 1]) - @_stiffness(s->y[at - 1]));
+    s->merged += FACTOR_bend * (@_stiffness(s->y[at + 1]) - @_stiffness(s->y[at - 1]));
     s->slope[at + 1] = (s->b[at + 1] - s->b[at - 1]) / (s->y[at + 1] - s->y[at - 1]);
-    change = s->pull[at - 1] + s->slope[at + 1] * (s->force[at + 1] - s->force[at - 1]) - s->pull[at + 1];
+    change = s->pull[at - 1] + MEAN_ - s->pull[at + 1];
     for (i = at; i < top; ++i) {
         s->y[i] = s->y[i + 1];
         s->b[i] = s->b[i + 1];
@@ -332,7 +344,35 @@ static inline int @_merge_(@_state *s, int top)
     return top - 1;
 }
 
-static inline int @_advance(@_state *s, double d, double u)
+"""
+
+_STIFFNESS = """\
+/* Tangent stiffness in N/m as the motion goes on; a reversal begins with that of y[top]. */
+static inline double @_tangential_stiffness(const @_state *s)
+{
+    const int top = (int)s->top;
+    if (!(s->indentation > 0.0) || top < 1)
+        return 0.0;
+    return @@_TANGENTIAL_RATIO * @_stiffness(s->y[STICKS_]);
+}
+
+"""
+
+_STACK = """\
+/* Vertices of the anchor curve b(y): the spring that touches at the indentation y carries mu E* (v - b(y)), v the shift times
+ * @@_PER_SHIFT, at most mu E* (d - y). A straight step cuts the curve at the new indentation, replaces what is outside the cone
+ * |v - b| <= d - y by its edge, and appends the new point (Jaeger 1993). */
+VERTICES_
+static inline void @_put_(@_state *s, int i, double y, double b, double slope, double force)
+{
+    s->y[i] = y;
+    s->b[i] = b;
+    s->slope[i] = slope;
+    s->force[i] = force;
+    s->pull[i] = s->pull[i - 1] + slope * (force - s->force[i - 1]);
+}
+
+MERGE_static inline int @_advance(@_state *s, double d, double u)
 {
     const double before = s->indentation, v = u * @@_PER_SHIFT;
     double force, lag, g;
@@ -399,16 +439,7 @@ static inline int @_advance(@_state *s, double d, double u)
     return 0;
 }
 
-/* Tangent stiffness in N/m as the motion goes on; a reversal begins with that of y[top]. */
-static inline double @_tangential_stiffness(const @_state *s)
-{
-    const int top = (int)s->top;
-    if (!(s->indentation > 0.0) || top < 1)
-        return 0.0;
-    return @@_TANGENTIAL_RATIO * @_stiffness(s->y[fabs(s->slope[top]) == 1.0 ? top - 1 : top]);
-}
-
-static inline double @_tangential_error(const @_state *s)
+STIFFNESS_static inline double @_tangential_error(const @_state *s)
 {
     const int top = (int)s->top;
     double error = 0.0;
@@ -416,5 +447,80 @@ static inline double @_tangential_error(const @_state *s)
     for (i = 1; i <= top; ++i)
         error += fabs(s->slope[i] - (i < top ? s->slope[i + 1] : 0.0)) * s->force[i];
     return @@_FRICTION * @@_ERROR_OF_FORCE * error + s->merged;
+}
+"""
+
+_STUCK = """\
+/* Vertices of the curve b(y): the spring that touches at the indentation y carries E* (v - b(y)), v the shift times @@_TANGENTIAL_RATIO. A
+ * straight step cuts the curve at the new indentation and appends the new point; two vertices at one depth are a jump. */
+VERTICES_
+/* The mean normal stiffness between two depths with their forces. */
+static inline double @_mean_(double low, double force_low, double high, double force_high)
+{
+    const double length = high - low;
+    if (length > 1e-3 * high)
+        return (force_high - force_low) / length;
+    return (@_stiffness(low) + 4.0 * @_stiffness(low + 0.5 * length) + @_stiffness(high)) / 6.0;
+}
+
+static inline void @_put_(@_state *s, int i, double y, double b, double force)
+{
+    const double length = y - s->y[i - 1], step = b - s->b[i - 1];
+    s->y[i] = y;
+    s->b[i] = b;
+    s->slope[i] = length > 0.0 ? step / length : 0.0;
+    s->force[i] = force;
+    s->pull[i] = s->pull[i - 1] + step * @_mean_(s->y[i - 1], s->force[i - 1], y, force);
+}
+
+MERGE_static inline int @_advance(@_state *s, double d, double u)
+{
+    const double before = s->indentation, v = u * @@_TANGENTIAL_RATIO;
+    double force;
+    int top = (int)s->top, joins = 0;
+    if (!(d <= @@_LARGEST_INDENTATION) || !isfinite(d) || !isfinite(u))
+        return 1;
+    if (before < 0.0 && d > 0.0) {
+        const double was = s->shift * @@_TANGENTIAL_RATIO;
+        @_clear_(s, was + (v - was) * (-before / (d - before)));
+    }
+    s->indentation = d;
+    s->shift = u;
+    if (d <= 0.0) {
+        s->top = s->normal_force = s->tangential_force = 0.0;
+        @_clear_(s, v);
+        return 0;
+    }
+    force = d == before ? s->normal_force : @_force(d);
+    if (d < s->y[top]) { /* springs part */
+        while (s->y[top - 1] >= d)
+            --top;
+        @_put_(s, top, d, s->b[top - 1] + s->slope[top] * (d - s->y[top - 1]), force);
+    } else if (d > s->y[top]) {
+        const double slope = (v - s->b[top]) / (d - s->y[top]);
+        joins = top > 0 && s->y[top] > s->y[top - 1] && fabs(slope - s->slope[top]) <= 1e-14 * fabs(slope);
+    }
+    if (d > s->y[top] || v < s->b[top] || v > s->b[top]) {
+        if (!joins && !(top > 0 && s->y[top - 1] >= d)) {
+            if (top == @@_CAPACITY - 1)
+                top = @_merge_(s, top);
+            ++top;
+        }
+        @_put_(s, top, d, v, force);
+    }
+    s->top = top;
+    s->normal_force = force;
+    s->tangential_force = s->pull[top];
+    return 0;
+}
+
+STIFFNESS_static inline double @_tangential_error(const @_state *s)
+{
+    const int top = (int)s->top;
+    double error = 0.0;
+    int i;
+    for (i = 1; i <= top; ++i)
+        error += fabs(s->b[i] - s->b[i - 1]) * @_stiffness(s->y[i]);
+    return @@_ERROR_OF_STIFFNESS * error + s->merged;
 }
 """

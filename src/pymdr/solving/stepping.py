@@ -297,6 +297,47 @@ class Stepper:
         self._undoable = True
         return compiled_of(self._moved, self._deepest, capacity)
 
+    def c_header(self, name: str = "contact") -> str:
+        """
+        The step as a C header, of contacts without a law of the depth alone: the type ``<name>_state`` and ``<name>_advance(&state, d)``.
+
+        Parameters
+        ----------
+        name : str
+            Prefix of the names in the header, a C identifier.
+
+        Returns
+        -------
+        str
+            C99 that is also C++, in SI units, linked with the mathematical functions only: the numbers of :meth:`advance` for a contact that has
+            not touched. Energies other than those lost in jumps are not in it.
+
+        Raises
+        ------
+        ProblemError
+            If the contact has no adhesion of one work on elastic bodies and is no ball that yields without it, or the name is not an
+            identifier.
+
+        See Also
+        --------
+        export_law : friction, bodies with memory and two works of adhesion in C.
+
+        Examples
+        --------
+        >>> import pymdr as mdr
+        >>> ball = mdr.Contact(mdr.Sphere("1 mm"), mdr.ElasticPlastic("1 GPa", 0.3, "20 MPa"))
+        >>> "int grain_advance(grain_state *s, double d)" in mdr.Stepper(ball, "20 um").c_header("grain")
+        True
+        """
+        from pymdr.presentation.header import step_header
+        from pymdr.presentation.tables import about_lines, about_rows
+        from pymdr.solving.exporting.steps import step_in_c
+
+        step = step_in_c(self._moved)
+        result = solve(self._contact, self._path)
+        about = about_rows(self._contact, self.claims, result.assumptions, (), result.cite(), {})
+        return step_header(name, about_lines(about), self._deepest, step)
+
     def undo(self) -> None:
         """
         Take the last step back; one step can be taken back.

@@ -146,6 +146,11 @@ class Branches(WithoutShift, Moved):
         s, curve = self._states
         return self._attached(curve.states(s).contact_radius)
 
+    def radii(self, s: FloatArray) -> FloatArray:
+        """Contact radii in m at parameters of the curve."""
+        still = np.zeros(s.size)
+        return self._states_of(s, still, still.astype(np.intp))[1].states(s).contact_radius
+
     @property
     def normal_stiffness(self) -> FloatArray:
         """Tangent stiffness dF/dd in N/m."""

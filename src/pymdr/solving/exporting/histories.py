@@ -85,19 +85,24 @@ def touch_of(form: Form, pull_off: PullOff | None) -> TouchInC | None:
     return TouchInC(form.jump_in_loss, pull_off.dissipated_energy)
 
 
-def _coefficient(contact: Contact) -> float:
-    """The coefficient of friction, finite and above 0."""
+def _coefficient(contact: Contact, in_springs: bool) -> float:
+    """The coefficient of friction, above 0; finite except for elastic bodies along a line."""
     friction = None if contact.friction is None else contact.friction.coefficient
-    if friction is None or not 0.0 < friction < math.inf:
+    if friction is None or not friction > 0.0:
         raise ProblemError(
-            "export_law: tangential=True: a finite coefficient of friction above 0 is needed; give Contact(..., friction=Coulomb(0.3))"
+            "export_law: tangential=True: a coefficient of friction above 0 is needed; give Contact(..., friction=Coulomb(0.3))"
+        )
+    if friction == math.inf and in_springs:
+        raise ProblemError(
+            "export_law: tangential=True: springs in the plane or with memory need a finite coefficient of friction in headers; give a large one, "
+            "such as Coulomb(1e6), or leave springs out"
         )
     return friction
 
 
 def _friction_of(contact: Contact, deepest: float, springs: int | None) -> StackInC | SpringsInC:
     """The constants of friction along a line, or in the plane."""
-    friction = _coefficient(contact)
+    friction = _coefficient(contact, springs is not None)
     moduli = effective_moduli(contact.body, contact.counterbody)
     if springs is not None:
         labels, (per_force, per_shift) = plane_body(contact, deepest, springs)
@@ -109,7 +114,7 @@ def _relaxing(contact: Contact, deepest: float, springs: int, tangential: bool) 
     """Springs with memory, and the contact of elastic bodies of the moduli that have not relaxed."""
     check_springs(springs, "export_law")
     alone = replace(contact, friction=None)
-    friction = _coefficient(contact) if tangential else 0.0
+    friction = _coefficient(contact, True) if tangential else 0.0
     own = contact if tangential else alone
     moved, path = moving_of(own, deepest, 1, springs)
     normal = moved.normal if isinstance(moved, ShearedContacts) else moved

@@ -74,7 +74,7 @@ def export_law(
         error of the force is then relative to its size plus the largest pull, and with JKR that of the stiffness relative to its
         size plus the stiffness at the fixed radius of the pull-off.
     tangential : bool
-        Whether the C header also has friction along a line, with its memory: :class:`Coulomb` friction of a finite coefficient above 0. Bodies with
+        Whether the C header also has friction along a line, with its memory: :class:`Coulomb` friction of a coefficient above 0, which is finite with springs. Bodies with
         memory need a rheology without a parallel dashpot; each step has 16 equal parts, whose error is in the claims.
     springs : int, optional
         Number of springs, 8 to 4096: with `tangential` for friction in the plane instead of along a line; of bodies with memory, 100
@@ -187,11 +187,11 @@ def check_lawful(contact: Contact, tolerance: float) -> None:
         (
             contact.is_cohesive,
             f"{type(contact.adhesion).__name__} has a cohesive zone, which a table of force, stiffness and radius does not "
-            "represent; give JKR or DMT, as adhesion_regime(contact) recommends",
+            "represent; Stepper.c_header writes the step of elastic bodies, or give JKR or DMT, as adhesion_regime(contact) recommends",
         ),
         (
             contact.plastic is not None,
-            "the force of a body that yields depends on its largest indentation; use Stepper, which follows it step by step",
+            "the force of a body that yields depends on its largest indentation; use Stepper, which follows it step by step, or its c_header",
         ),
         (
             contact.adhesion is not None
