@@ -331,7 +331,7 @@ class Stepper:
         """
         from pymdr.presentation.header import step_header
         from pymdr.presentation.tables import about_lines, about_rows
-        from pymdr.solving.exporting.steps import step_in_c
+        from pymdr.solving.step_headers import step_in_c
 
         step = step_in_c(self._moved)
         result = solve(self._contact, self._path)

@@ -67,5 +67,5 @@ def _(contacts: Branches) -> StepInC:
 def _(contacts: YieldingContacts) -> StepInC:
     if contacts.adhesive:
         return step_in_c.dispatch(Moved)(contacts)
-    *numbers, walled = contacts.body.tolist()
-    return YieldingInC(*numbers, walled=walled > 0.0)
+    radius, modulus, shear, poisson, strength, yield_depth, walled = contacts.body.tolist()
+    return YieldingInC(radius, modulus, shear, poisson, strength, yield_depth, walled > 0.0)
