@@ -131,7 +131,7 @@ def _against_nanodent(files: list[Path]) -> Iterator[Ratio]:
     """
     The power law of the unloading, on the rows from 0.98 to 0.25 of the largest force, and the area function of each file.
 
-    pymdr corrects the attenuation of the exponent by the noise of the depth, which nanodent does not: the procedure is the same where that noise is
+    pymdr fits the depths where their noise is larger than that of the forces, and nanodent the forces: the procedure is the same where that noise is
     small, in means of blocks of rows.
     """
     from nanodent.analysis.oliver_pharr import analyze_oliver_pharr

@@ -192,7 +192,7 @@ def test_a_report_of_many_records_draws_all_of_them_on_sheets(tmp_path):
 @pytest.mark.parametrize(
     ("table", "message"),
     [
-        ("", "no rows"),
+        ("", "the file is empty"),
         ("file,sample\n", "no rows"),
         ("file,sample\nold/0.csv\n", "has no group"),
         ("file,sample\nnone.csv,a\n", "'none.csv' is not in the folder"),

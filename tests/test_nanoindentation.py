@@ -215,6 +215,54 @@ def calibration(rng, count=24, **noise):
     return [one.record(rng, **noise) for one in indents]
 
 
+def test_noise_of_the_depth_near_its_recovery_biases_no_stiffness():
+    """Noise of 8 % of the recovery, as small indenters have on hard bodies."""
+    indent, errors, inside = Indent(100e-9, m=1.3), [], []
+    for seed in range(12):
+        record = indent.record(
+            np.random.default_rng(seed),
+            force=1e-4 * indent.force,
+            depth=0.08 * indent.length,
+            n=800,
+            frame=0.0,
+        )
+        study = mdr.oliver_pharr(record, BERKOVICH, epsilon=None)
+        errors.append(np.log(study["stiffness"].values[0] / indent.stiffness))
+        inside += [
+            covered(study, "stiffness", name, indent.stiffness)[0] for name in study["procedure"].values
+        ]
+    assert np.all(np.abs(np.mean(errors, axis=0)) < 0.06)  # of the fit of forces -0.1 and -0.3
+    assert np.mean(inside) > 0.8
+
+
+def test_of_several_indents_one_may_be_refused(tmp_path, shell):
+    rng = np.random.default_rng(3)
+    good = [Indent(depth).record(rng) for depth in (150e-9, 250e-9)]
+    bad = mdr.MeasuredCurve(force=good[0].force[:250], indentation=good[0].indentation[:250])
+    files = []
+    for name, one in zip("abc", (good[0], bad, good[1]), strict=True):
+        files.append(tmp_path / f"{name}.csv")
+        rows = [f"{h * 1e9:.9g},{f * 1e3:.9g}" for h, f in zip(one.indentation, one.force, strict=True)]
+        files[-1].write_text("\n".join(["depth [nm],load [mN]", *rows]) + "\n")
+    options = {"frame_compliance": FRAME, "poisson": 0.17}
+    records = [mdr.read_indents(file)[0] for file in files]
+    study = mdr.oliver_pharr(records, BERKOVICH, **options)
+    alone = mdr.oliver_pharr([records[0], records[2]], BERKOVICH, **options)
+    assert study["record"].values.tolist() == ["a.csv", "b.csv", "c.csv"]
+    for name in ("hardness", "young_modulus_low", "contact_depth"):
+        assert np.array_equal(study[name].values[[0, 2]], alone[name].values)
+        assert np.isnan(study[name].values[1]).all()
+    assert study.notes[0].startswith("indent 2 (b.csv): 0 rows of the unloading")
+    study.plot()
+    with pytest.raises(mdr.ProblemError, match=r"indent 1 \(b\.csv\): 0 rows of the unloading"):
+        mdr.oliver_pharr([records[1], records[1]], BERKOVICH, **options)
+    command = ["--area", "24.5 900 2000", "--frame-compliance", "0.4 nm/mN", "-o", tmp_path / "out"]
+    status, out, _ = shell("nanoindent", *files, *command)
+    assert status == 0
+    assert "indent 2 (b.csv)" in out
+    assert (tmp_path / "out" / "nanoindent.csv").read_text().count("b.csv") == 2
+
+
 def test_calibrations_cover_the_tip_and_the_frame():
     rng = np.random.default_rng(3)
     truth = np.append(FRAME, BERKOVICH.coefficients)

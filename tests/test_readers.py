@@ -189,6 +189,28 @@ def test_spreadsheets_are_read_as_text_is(tmp_path):
         mdr.read_curves(tmp_path / "bad.xlsx", spring_constant="0.05 N/m")
 
 
+def test_the_sheet_with_a_table_is_read_and_several_are_refused(tmp_path):
+    openpyxl = pytest.importorskip("openpyxl", reason="openpyxl, of the extra xlsx, is not installed")
+    travel, force = pressed(samples=60)
+    book = openpyxl.Workbook()
+    for words in (["operator", "date"], ["somebody", "today"]):
+        book.active.append(words)
+    for name, factor in (("data", 1.0), ("more", 2.0)):
+        sheet = book.create_sheet(name)
+        sheet.append(["load [nN]", "depth [um]"])
+        for row in zip(factor * force * 1e9, travel * 1e6, strict=True):
+            sheet.append([float(v) for v in row])
+        file = tmp_path / f"{name}.xlsx"
+        book.save(file)
+    curves = mdr.read_curves(tmp_path / "data.xlsx")
+    assert np.concatenate([one.force for one in curves]) == pytest.approx(force, rel=1e-12)
+    with pytest.raises(CaseError, match=r"2 sheets have tables \(data, more\); save each"):
+        mdr.read_curves(tmp_path / "more.xlsx")
+    one, two = mdr.read_indents(tmp_path / "more.xlsx")
+    assert (one.attrs["test"], two.attrs["test"]) == ("data", "more")
+    assert two["normal_force"].values == pytest.approx(2.0 * force, rel=1e-12)
+
+
 def test_old_spreadsheets_are_read(tmp_path):
     openpyxl = pytest.importorskip("openpyxl", reason="openpyxl, of the extra xlsx, is not installed")
     time, depth, force = indent_of(30)
@@ -478,6 +500,7 @@ def test_damaged_and_other_files_of_nanoscope_are_refused(tmp_path):
             ProblemError,
         ),
         (b"\\*File list\r\n" + whole, "holds images, not force curves", ProblemError),
+        (b"damaged" + whole, "not a file of Bruker NanoScope, which its suffix", FileError),
     ):
         (tmp_path / "b.spm").write_bytes(content)
         with pytest.raises(error, match=words):
@@ -579,6 +602,17 @@ def test_files_of_laboratories_are_read(name):
             mdr.read_curves(AFM / name)
 
 
+def test_a_damaged_file_of_igor_is_one_line_of_error(tmp_path, shell):
+    pytest.importorskip("afmformats", reason="afmformats, of the extra afm, is not installed")
+    source = AFM / "fmt-igor-fd_U3_3_p10004.ibw"
+    if not source.exists():
+        pytest.skip(f"{source.name}, from the tests of afmformats, is not beside the repository")
+    (tmp_path / "cut.ibw").write_bytes(source.read_bytes()[:100_000])
+    status, out, error = shell("curves", tmp_path / "cut.ibw")
+    assert (status, out, error.count("\n")) == (1, "", 1)
+    assert "damaged or cut off" in error
+
+
 def test_the_modulus_of_optics11_is_that_of_its_own_fit():
     file = AFM / "fmt-chiaro-txt_AEBP1_Indentation_002.zip"
     if not file.exists():
@@ -639,6 +673,17 @@ def test_indents_of_hysitron_bring_their_area_function(tmp_path, shell):
     (tmp_path / "none.hld").write_bytes(b"\r\n".join(lines[:8]))
     with pytest.raises(CaseError, match="without the section of its test"):
         mdr.read_indents(tmp_path / "none.hld")
+    (tmp_path / "gap.hld").write_bytes(
+        b"\r\n".join(lines[:2] + lines[3:]).replace(b"Tip C2: 0 nm", b"Tip C2: 7 nm")
+    )
+    assert mdr.read_indents(tmp_path / "gap.hld")[0].attrs["area_coefficients"] == [24.5, 0.0, 7.0]
+    (tmp_path / "empty.hld").write_bytes(b"")
+    with pytest.raises(CaseError, match="the file is empty"):
+        mdr.read_indents(tmp_path / "empty.hld")
+    text = "depth [nm],load [mN]\n" + "\n".join(f"{h:.9f},{f:.9f}" for h, f in zip(depth, force, strict=True))
+    (tmp_path / "cut.csv").write_text(text[:-3])
+    with pytest.raises(CaseError, match="cut off in its last line"):
+        mdr.read_indents(tmp_path / "cut.csv")
 
 
 def test_sheets_of_tests_bring_the_harmonic_stiffness(tmp_path):

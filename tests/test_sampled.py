@@ -518,7 +518,7 @@ def test_csv_files_carry_their_units(tmp_path):
         ("2,0.004,.1,8", "2,nan,.1,8", "line 5: height = 'nan'"),
         ("3,0.009", "2,0.009", "repeats"),
         ("3,0.009", "1,0.009", "falls"),
-        (GOOD, "", "no table"),
+        (GOOD, "", "the file is empty"),
         ("3,0.009,.1,8\n4,0.016,.1,9\n", "", "at least 5"),
     ],
 )

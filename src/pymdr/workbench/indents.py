@@ -16,7 +16,7 @@ from pymdr.problem.profiles import AreaFunction
 from pymdr.units import FloatArray, shown
 from pymdr.workbench.inputs import read_measured_text
 from pymdr.workbench.spreadsheets import SPREADSHEETS, read_sheets
-from pymdr.workbench.tables import columns_of_lines, decimal_points
+from pymdr.workbench.tables import columns_of_lines, decimal_points, refuse_cut_number, sheets_with_tables
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -164,6 +164,7 @@ def _tests(source: Path) -> Iterator[_Test]:
         return
     text = read_measured_text(source, _LARGEST, "indentation record")
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    refuse_cut_number(source, lines)
     if any(_SECTION.fullmatch(line) for line in lines[:2000]):
         yield _hysitron(source, lines)
     elif "Name of the application" in (lines[0] if lines else ""):
@@ -189,11 +190,10 @@ def _sheets(source: Path) -> Iterator[_Test]:
     sheets = read_sheets(source, _LARGEST)
     tests = [name for name in sheets if _TEST.fullmatch(name.strip())]
     if not tests:  # a table of a user
-        filled = [(name, lines) for name, lines in sheets.items() if len(lines) > 1]
-        if not filled:
+        tables = sheets_with_tables(sheets, _NAMES) or [name for name in sheets if len(sheets[name]) > 1][:1]
+        if not tables:
             raise CaseError(f"{source}: an empty spreadsheet; export the indents with their raw data")
-        name, lines = filled[0]
-        yield _Test(name, _columns(source, lines))
+        yield from (_Test(name, _columns(source, sheets[name])) for name in tables)
         return
     coefficients = _coefficients(sheets.get("Results", []))
     for name in tests:
@@ -248,7 +248,7 @@ def _hysitron(source: Path, lines: Sequence[str]) -> _Test:
                 raise CaseError(
                     f"{source}: {shown(line.strip())} in the header is not a number; copy the file again from the instrument"
                 ) from error
-    values = tuple(coefficients[i] for i in sorted(coefficients))
+    values = tuple(coefficients.get(i, 0.0) for i in range(max(coefficients, default=-1) + 1))
     while values and values[-1] == 0.0:
         values = values[:-1]
     return _Test(source.stem, _columns(source, [header, *rows]), values)

@@ -47,14 +47,28 @@ def read_bytes(file: str | os.PathLike[str], largest: int, what: str) -> bytes:
         raise FileError(f"cannot read {source}: {error.strerror or error}") from error
     if not stat.S_ISREG(os.fstat(handle).st_mode):
         os.close(handle)
-        raise FileError(f"cannot read {source}: a {what} is a regular file, not a folder, pipe or device")
+        raise FileError(
+            f"cannot read {source}: {_article(what)} {what} is a regular file, not a folder, pipe or device"
+        )
     try:
         with os.fdopen(handle, "rb") as opened:
             content = opened.read(largest + 1)
     except OSError as error:
         raise FileError(f"cannot read {source}: {error.strerror or error}") from error
     if len(content) > largest:
-        raise CaseError(f"{source}: larger than {largest} bytes (the limit of a {what})")
+        raise CaseError(f"{source}: larger than {largest} bytes (the limit of {_article(what)} {what})")
+    return content
+
+
+def _article(what: str) -> str:
+    return "an" if what[0] in "aeiou" else "a"
+
+
+def read_filled(file: str | os.PathLike[str], largest: int, what: str) -> bytes:
+    """The content of a regular file, as by :func:`read_bytes`; an empty one is refused."""
+    content = read_bytes(file, largest, what)
+    if not content:
+        raise CaseError(f"{named_file(file, 'read')}: the file is empty; copy it again, or give another file")
     return content
 
 
@@ -121,9 +135,9 @@ def read_measured_text(file: str | os.PathLike[str], largest: int, what: str) ->
     FileError
         If the file cannot be read or is no regular file.
     CaseError
-        If it is too large or no text.
+        If it is empty, too large or no text.
     """
-    content = read_bytes(file, largest, what)
+    content = read_filled(file, largest, what)
     text = text_of(content)
     if text is None:
         raise CaseError(

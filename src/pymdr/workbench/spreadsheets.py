@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from pymdr.errors import CaseError, MissingExtraError
-from pymdr.workbench.inputs import read_bytes
+from pymdr.workbench.inputs import read_filled
 
 SPREADSHEETS = (".xlsx", ".xlsm", ".xls")
 _ZIP = b"PK"
@@ -43,7 +43,7 @@ def read_sheets(source: Path, largest: int) -> dict[str, list[str]]:
     MissingExtraError
         If the extra is not installed.
     """
-    content = read_bytes(source, largest, "spreadsheet")
+    content = read_filled(source, largest, "spreadsheet")
     is_old = source.suffix.lower() == ".xls" and not content.startswith(_ZIP)
     sheets = _old(source, content) if is_old else _new(source, content)
     return {name: _lines(rows) for name, rows in sheets.items()}

@@ -498,19 +498,42 @@ def _read(
     missing: Sequence[str] = (),
 ) -> dict[str, FloatArray]:
     source = named_file(file, "read")
-    return columns_of_lines(source, lines_of(source), names, needed, example, missing)
+    return columns_of_lines(source, lines_of(source, names), names, needed, example, missing)
 
 
-def lines_of(source: Path) -> list[str]:
-    """The lines of a text, or the rows of the first sheet of a spreadsheet with tabs between their cells."""
+def lines_of(source: Path, names: Names) -> list[str]:
+    """
+    The lines of a text, or the rows of the sheet of a spreadsheet that has a table, with tabs between their cells.
+
+    Raises
+    ------
+    CaseError
+        If several sheets have tables.
+    """
     if source.suffix.lower() in SPREADSHEETS:
         sheets = read_sheets(source, _LARGEST)
-        filled = [lines for lines in sheets.values() if lines]
-        return filled[0] if filled else []
+        tables = sheets_with_tables(sheets, names)
+        if len(tables) > 1:
+            raise CaseError(
+                f"{source}: {len(tables)} sheets have tables ({', '.join(tables[:5])}); save each as a file of its own"
+            )
+        return next((sheets[name] for name in [*tables, *sheets] if sheets[name]), [])
     text = read_measured_text(source, _LARGEST, "table")
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     refuse_cut_number(source, lines)
     return lines
+
+
+def sheets_with_tables(sheets: Mapping[str, list[str]], names: Names) -> list[str]:
+    """The names of the sheets with a header of named columns and their units."""
+    known = {title for titles in names.values() for title in titles}
+    tables = []
+    for name, lines in sheets.items():
+        rows = _rows_of(lines)[1]
+        titles = map(_title, _header_in(rows, names)[2]) if len(rows) > 1 else ()
+        if any(title in known and unit is not None for title, unit in titles):
+            tables.append(name)
+    return tables
 
 
 def refuse_cut_number(source: Path, lines: Sequence[str], decimals: re.Pattern[str] = _DECIMALS) -> None:
@@ -536,10 +559,7 @@ def columns_of_lines(
     missing: Sequence[str] = (),
 ) -> dict[str, FloatArray]:
     """The named columns of a table in SI units; its header may follow a preamble, and its units may be in the line below it."""
-    numbered = [i for i, line in enumerate(lines) if line.strip() and not line.lstrip(' \t"').startswith("#")]
-    if numbered and _EXCEL.fullmatch(lines[numbered[0]]):
-        numbered = numbered[1:]
-    rows = [lines[i] for i in numbered]
+    numbered, rows = _rows_of(lines)
     if len(rows) < 2:
         raise CaseError(f"{source}: no table; write a header such as '{example}' and rows of numbers")
     first, separator, header, shown = _header_in(rows, names)
@@ -571,6 +591,14 @@ def columns_of_lines(
     entries = decimal_points(rows[first:], separator)
     table = _numbers(source, entries, numbered[first:], chosen, len(header), separator, missing)
     return {quantity: _scaled(table[:, i], factors[quantity]) for i, quantity in enumerate(chosen)}
+
+
+def _rows_of(lines: Sequence[str]) -> tuple[list[int], list[str]]:
+    """The numbers of the lines that are neither empty nor comments, and these lines."""
+    numbered = [i for i, line in enumerate(lines) if line.strip() and not line.lstrip(' \t"').startswith("#")]
+    if numbered and _EXCEL.fullmatch(lines[numbered[0]]):
+        numbered = numbered[1:]
+    return numbered, [lines[i] for i in numbered]
 
 
 def _header_in(rows: Sequence[str], names: Names) -> tuple[int, str, list[str], str]:

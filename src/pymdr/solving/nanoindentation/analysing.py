@@ -80,17 +80,14 @@ class Indent(NamedTuple):
     by: Mapping[str, Evaluated]
 
 
-def common_priors(
-    listed: Sequence[Record], frame: float, limits: tuple[float, float], who: str
-) -> FloatArray:
-    """Prior probability of white noise in each unloading: all come from the same instrument."""
-    if len(listed) == 1:
-        return np.array([0.5])
-    white = []
-    for i, record in enumerate(listed, 1):
-        rows = unloading_of(record, frame, limits, f"{who}, indent {i}")
-        white.append(fitted_power(rows, f"{who}, indent {i}").errors.white)
-    return white_priors(np.array(white), 0.5)
+def common_priors(white: Sequence[float]) -> list[float]:
+    """Prior probability of white noise in each unloading, from that by each alone: all come from the same instrument."""
+    return white_priors(np.array(white), 0.5).tolist() if len(white) > 1 else [0.5]
+
+
+def whiteness(record: Record, frame: float, limits: tuple[float, float], who: str) -> float:
+    """Probability that the noise of an unloading is white, by its own rows."""
+    return fitted_power(unloading_of(record, frame, limits, who), who).errors.white
 
 
 def evaluated(record: Record, settings: Settings, who: str, prior: float = 0.5) -> Indent:

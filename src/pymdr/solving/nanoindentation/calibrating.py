@@ -18,8 +18,14 @@ from pymdr.problem.materials import Elastic, Material
 from pymdr.problem.profiles import AreaFunction
 from pymdr.problem.profiles.area import MOST_COEFFICIENTS
 from pymdr.solving.fits.spectrum import NORMAL_95
-from pymdr.solving.nanoindentation.analysing import STEP, common_priors, differences, peak_with_covariance
-from pymdr.solving.nanoindentation.records import Record, Records, records_of
+from pymdr.solving.nanoindentation.analysing import (
+    STEP,
+    common_priors,
+    differences,
+    peak_with_covariance,
+    whiteness,
+)
+from pymdr.solving.nanoindentation.records import Record, Records, labels_of, records_of
 from pymdr.solving.nanoindentation.unloading import Peak, fit_limits, fitted_power, unloading_of
 from pymdr.solving.study import Column, Study, dataset
 from pymdr.units import FloatArray, QuantityLike, shown, to_si, written
@@ -176,7 +182,7 @@ def calibrate_area(
             f"{_WHO}: {len(listed)} indents for {unknowns} unknowns; give at least {unknowns + 1}, of several depths, or fewer terms"
         )
     check_factors(beta, epsilon, _WHO)
-    priors = common_priors(listed, given or 0.0, limits, _WHO)
+    priors = _priors(listed, given or 0.0, limits)
     modulus = 1.0 / (tip_compliance(reference, _WHO) + tip_compliance(tip, _WHO))
     frame, scale = given or 0.0, 2.0 * beta * modulus / math.sqrt(math.pi)
     for turn in range(_ROUNDS):
@@ -227,6 +233,14 @@ def check_factors(beta: float, epsilon: float | None, who: str) -> None:
         raise ProblemError(f"{who}: epsilon = {shown(epsilon)}; it must be above 0 and at most 1, or None")
 
 
+def _priors(listed: Sequence[Record], frame: float, limits: tuple[float, float]) -> FloatArray:
+    """Prior probability of white noise in each unloading."""
+    labels = labels_of(listed, _WHO)
+    return np.array(
+        common_priors([whiteness(one, frame, limits, who) for one, who in zip(listed, labels, strict=True)])
+    )
+
+
 class _Peaks(NamedTuple):
     """Peaks of all indents, shape (n,)."""
 
@@ -251,8 +265,7 @@ def _peaks(
         return np.array([peak.depth, 1.0 / peak.stiffness, peak.force, peak.epsilon])
 
     result = []
-    for i, (record, prior) in enumerate(zip(listed, priors.tolist(), strict=True)):
-        who = f"{_WHO}, indent {i + 1}"
+    for record, prior, who in zip(listed, priors.tolist(), labels_of(listed, _WHO), strict=True):
         rows = unloading_of(record, frame, limits, who)
         result.append(peak_with_covariance(rows, fitted_power(rows, who, prior), epsilon, read))
     values = np.array([centre for centre, _ in result]).T

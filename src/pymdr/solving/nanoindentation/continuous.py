@@ -17,7 +17,7 @@ from pymdr.problem.profiles import AreaFunction
 from pymdr.solving.nanoindentation.analysing import Settings, differences, quantities
 from pymdr.solving.nanoindentation.arguments import Known, settings_of
 from pymdr.solving.nanoindentation.calibrating import DIAMOND, AreaCalibration
-from pymdr.solving.nanoindentation.records import Record, Records, records_of
+from pymdr.solving.nanoindentation.records import Record, Records, labels_of, records_of
 from pymdr.solving.nanoindentation.unloading import Peak, errors_of, noise_of
 from pymdr.solving.study import Column, Study, dataset
 from pymdr.units import FloatArray, QuantityLike, shown, written
@@ -176,13 +176,12 @@ def continuous_stiffness(
         raise ProblemError(f"{_WHO}: epsilon = None; without an unloading a number is needed, such as 0.75")
     settings = settings_of(Known(area, frame_compliance, tip, poisson, beta, epsilon), (0.25, 0.98), _WHO)
     profiles, notes = [], []
-    for i, record in enumerate(listed, 1):
-        who = _WHO if len(listed) == 1 else f"{_WHO}, indent {i}"
+    for record, who in zip(listed, labels_of(listed, _WHO), strict=True):
         profile, refused = _profile(record, settings, points, who)
         profiles.append(profile)
         if refused:
             notes.append(
-                f"indent {i}: {refused} shallow points left out, where the noise is too large for a modulus"
+                f"indent {len(profiles)}: {refused} shallow points left out, where the noise is too large for a modulus"
             )
     return _study(profiles, notes, settings)
 

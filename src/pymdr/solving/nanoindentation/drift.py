@@ -12,7 +12,14 @@ import numpy as np
 from pymdr.errors import ProblemError
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
 from pymdr.solving.fits.spectrum import NORMAL_95
-from pymdr.solving.nanoindentation.records import CorrectedRecords, Record, Records, records_of
+from pymdr.solving.nanoindentation.records import (
+    CorrectedRecords,
+    Record,
+    Records,
+    labels_of,
+    numbered,
+    records_of,
+)
 from pymdr.solving.nanoindentation.unloading import errors_of, noise_of
 from pymdr.solving.study import Column, Study, dataset
 from pymdr.units import FloatArray, QuantityLike, shown, to_si
@@ -67,6 +74,7 @@ class ThermalDrift(Study, CorrectedRecords):
     claims_of_rows: ClassVar[bool] = False
     columns: ClassVar[Mapping[str, Column]] = {
         "indent": Column("indent", ""),
+        "record": Column("record", ""),
         "rate": Column("rate", "m/s"),
         "rate_low": Column("low", "m/s"),
         "rate_high": Column("high", "m/s"),
@@ -148,8 +156,7 @@ def thermal_drift(
             f"{_WHO}: settle = {shown(settle)}; a fraction of the hold from 0 to 0.9 is needed"
         )
     holds, corrected = [], []
-    for i, record in enumerate(listed, 1):
-        who = _WHO if len(listed) == 1 else f"{_WHO}, indent {i}"
+    for record, who in zip(listed, labels_of(listed, _WHO), strict=True):
         one = _hold_of(record, given, settle, who)
         holds.append(one)
         corrected.append(_corrected(record, one))
@@ -301,7 +308,7 @@ def _study(listed: Sequence[Record], holds: Sequence[_Hold], corrected: Sequence
     return ThermalDrift(
         data=dataset(
             {name: ("indent", values, {"units": unit}) for name, (values, unit) in columns.items()},
-            coords={"indent": ("indent", np.arange(1, len(holds) + 1), {"units": ""})},
+            coords=numbered(listed),
         ),
         claims=dict.fromkeys(("rate", "rate_change", "correction"), claim),
         assumptions=(

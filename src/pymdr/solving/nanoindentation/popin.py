@@ -14,7 +14,7 @@ from pymdr.errors import NotValidError, ProblemError
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import Path
-from pymdr.solving.nanoindentation.records import Record, Records, records_of
+from pymdr.solving.nanoindentation.records import Record, Records, labels_of, numbered, records_of
 from pymdr.solving.nanoindentation.unloading import noise_of
 from pymdr.solving.study import Column, Study, dataset
 from pymdr.solving.verb import solve
@@ -73,6 +73,7 @@ class PopIn(Study):
     claims_of_rows: ClassVar[bool] = False
     columns: ClassVar[Mapping[str, Column]] = {
         "indent": Column("indent", ""),
+        "record": Column("record", ""),
         "pop_in_force": Column("F", "N"),
         "pop_in_force_low": Column("low", "N"),
         "pop_in_force_high": Column("high", "N"),
@@ -177,8 +178,8 @@ def first_pop_in(
     if contact is not None and (contact.adhesion is not None or contact.friction is not None):
         raise ProblemError(f"{_WHO}: the contact has adhesion or friction; give it without")
     searches = [
-        _search(record, float(significance), _WHO if len(listed) == 1 else f"{_WHO}, indent {i}")
-        for i, record in enumerate(listed, 1)
+        _search(record, float(significance), who)
+        for record, who in zip(listed, labels_of(listed, _WHO), strict=True)
     ]
     return _study(listed, searches, contact, strength)
 
@@ -356,7 +357,7 @@ def _study(
                 **{name: ("indent", values, {"units": unit}) for name, (values, unit) in columns.items()},
                 **{name: ((), value, {"units": "N"}) for name, value in single.items()},
             },
-            coords={"indent": ("indent", np.arange(1, len(events) + 1), {"units": ""})},
+            coords=numbered(listed),
             attrs={} if strength is None else {"shear_strength": strength},
         ),
         claims=claims,

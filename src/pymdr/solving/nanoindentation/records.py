@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -34,6 +35,8 @@ class Record(NamedTuple):
     """Time in s since contact, in proportion to which drift was subtracted from the depth."""
     rate_error: float = 0.0
     """Standard deviation in m/s of the rate of that drift."""
+    name: str = ""
+    """Of its file and test, if known."""
 
     def without(self, rows: slice) -> Record:
         """The record without some rows."""
@@ -43,13 +46,12 @@ class Record(NamedTuple):
         def some(column: FloatArray | None) -> FloatArray | None:
             return None if column is None else column[kept]
 
-        return Record(
-            self.depth[kept],
-            self.force[kept],
-            some(self.time),
-            some(self.stiffness),
-            some(self.elapsed),
-            self.rate_error,
+        return self._replace(
+            depth=self.depth[kept],
+            force=self.force[kept],
+            time=some(self.time),
+            stiffness=some(self.stiffness),
+            elapsed=some(self.elapsed),
         )
 
 
@@ -126,4 +128,31 @@ def _record(given: Any, who: str) -> Record:
         raise ProblemError(
             f"{who}: time[{i + 1}] = {time[i + 1]:g} s is not above {time[i]:g} s: times must rise; sort the rows and average those of equal time"
         )
-    return Record(columns["indentation"], columns["normal_force"], time, columns.get("harmonic_stiffness"))
+    return Record(
+        columns["indentation"],
+        columns["normal_force"],
+        time,
+        columns.get("harmonic_stiffness"),
+        name=_name_of(getattr(given, "attrs", {})),
+    )
+
+
+def _name_of(attributes: Mapping[str, Any]) -> str:
+    """The name of a record that was read from a file: that of the file, and that of its test if the file has several."""
+    file, test = (str(attributes.get(key, "")) for key in ("file", "test"))
+    return file if not test or PurePath(file).stem == test else f"{file}, {test}".removeprefix(", ")
+
+
+def labels_of(records: Sequence[Record], who: str) -> list[str]:
+    """How messages call each record."""
+    if len(records) == 1:
+        return [who]
+    return [f"{who}, indent {i}" + (f" ({one.name})" if one.name else "") for i, one in enumerate(records, 1)]
+
+
+def numbered(records: Sequence[Record]) -> dict[str, Any]:
+    """Coordinates of indents: their numbers, and the names of several records of files."""
+    numbers = {"indent": ("indent", np.arange(1, len(records) + 1), {"units": ""})}
+    if len(records) == 1 or not any(one.name for one in records):
+        return numbers
+    return {**numbers, "record": ("indent", [one.name for one in records], {"units": ""})}

@@ -15,7 +15,7 @@ from pymdr.mapping.equivalent import power_factor
 from pymdr.solving.fits.bands import orthonormal
 from pymdr.solving.fits.spectrum import NORMAL_95, noise_spectra
 from pymdr.solving.nanoindentation.records import Record
-from pymdr.units import FloatArray, shown
+from pymdr.units import FloatArray, shown, written
 
 _FEWEST = 12
 """Rows to which a curve is fitted."""
@@ -24,7 +24,11 @@ _TOP, _BLOCK = 4.0, 0.98
 _SHALLOWEST, _ABOVE_LEAST = 0.03, 0.01
 """Parts of the largest force: where a complete unloading ends, and how far above its smallest force."""
 _EXPONENTS, _UNCERTAIN = (0.4, 12.0), 1.0
-"""Range of the exponents of a determined fit, and their largest standard deviation."""
+"""Range of the exponents of a determined fit, and the largest standard deviation of its parameters."""
+_PASSES, _NEWTON = 8, 8
+"""Most fits by depth, each with the stiffness of the one before, and steps of Newton's method."""
+_FAR = 1.0
+"""Logarithm of the fitted force over the largest force at the begin of the unloading, beyond which there is no fit."""
 _TANH_SINH = np.linspace(-3.3, 3.3, 97)
 
 
@@ -176,7 +180,7 @@ class Shape(NamedTuple):
             and np.isfinite(deviations).all()
             and _EXPONENTS[0] < self.parameters[2] < _EXPONENTS[1]
             and exponents.sum() > _EXPONENTS[0]
-            and deviations[2:].max() < _UNCERTAIN
+            and deviations.max() < _UNCERTAIN
         )
 
 
@@ -224,8 +228,10 @@ def _power(rows: Unloading, stretch: slice, who: str, prior: float = 0.5) -> Sha
         )
     power = _fitted(rows, stretch, _first_guess(z, force, rows.peak_force), prior)
     if not power.determined:
+        noise, recovery = noise_of(rows.depth[stretch]), float(np.ptp(z))
         raise ProblemError(
-            f"{who}: the unloading does not determine F = B (h - h_f)^m; check the record, its noise and the frame compliance"
+            f"{who}: the unloading does not determine F = B (h - h_f)^m: the noise of the depth is {written(noise, 'm')}, {100.0 * noise / recovery:.2g} % of "
+            f"its recovery of {written(recovery, 'm')}; widen the range of the fit, check the frame compliance, or unload more slowly"
         )
     return power
 
@@ -240,15 +246,52 @@ def _fitted(rows: Unloading, stretch: slice, start: FloatArray, prior: float = 0
     anchor = float(rows.depth[0])
     z, force = anchor - rows.depth[stretch], rows.force[stretch] / rows.peak_force
     unit = np.where(np.arange(start.size) < 2, math.log(rows.peak_force), 0.0)
-    result = least_squares(
-        lambda p: np.nan_to_num(forces(p, z) - force), start - unit, jac=lambda p: _slopes(p, z), method="lm"
-    )
-    p = result.x + _attenuation(result.x, z, noise_of(rows.depth[stretch]))
-    residuals = np.nan_to_num(forces(p, z) - force)
+    noise = noise_of(rows.depth[stretch])
     n = force.size
-    slopes = _slopes(p, z)
+    if math.exp(start[1]) * noise > rows.peak_force * noise_of(force):
+        p, residuals, slopes = _fitted_by_depth(start - unit, z, force)
+    else:
+        p = _fitted_by_force(start - unit, z, force)
+        p = p + _attenuation(p, z, noise)
+        residuals, slopes = np.nan_to_num(forces(p, z) - force), _slopes(p, z)
+    if not abs(p[0]) < _FAR:  # noise, in which the search runs away
+        return Shape(anchor, np.full(p.size, np.nan), Errors(np.eye(p.size), 1.0, 1.0), n, math.inf)
     errors = errors_of(residuals, slopes, prior)
     return Shape(anchor, p + unit, errors, n, float(np.sqrt(np.mean(residuals**2))))
+
+
+def _fitted_by_force(start: FloatArray, z: FloatArray, force: FloatArray) -> FloatArray:
+    """The parameters with the smallest squares of the residuals of the forces, which noise of the heights biases."""
+    return np.asarray(
+        least_squares(
+            lambda p: np.nan_to_num(forces(p, z) - force), start, jac=lambda p: _slopes(p, z), method="lm"
+        ).x
+    )
+
+
+def _fitted_by_depth(
+    start: FloatArray, z: FloatArray, force: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """
+    Parameters, residuals and their derivatives if the noise is that of the heights, which does not bias this fit.
+
+    The residuals are those of the heights times the stiffness at the forces of the rows, by the fit before: to first order those of the forces.
+    """
+    p = start
+    for _ in range(_PASSES):
+        last, stiffness = p, 1.0 / _heights(p, force).per_force
+        p = least_squares(
+            lambda p, k: np.nan_to_num(k * (_heights(p, force).height - z)),
+            p,
+            jac=lambda p, k: np.nan_to_num(k[:, None] * _heights(p, force).slopes),
+            method="lm",
+            args=(stiffness,),
+        ).x
+        if np.allclose(p, last, rtol=0.0, atol=1e-6):
+            break
+    at = _heights(p, force)
+    stiffness = 1.0 / at.per_force
+    return p, np.nan_to_num(stiffness * (at.height - z)), np.nan_to_num(stiffness[:, None] * at.slopes)
 
 
 def errors_of(residuals: FloatArray, slopes: FloatArray, prior: float = 0.5) -> Errors:
@@ -311,6 +354,28 @@ def _curve(p: FloatArray, z: FloatArray) -> _Curve:
 def forces(p: FloatArray, z: FloatArray) -> FloatArray:
     """Forces in N at heights z in m above the anchor."""
     return _curve(p, z).force
+
+
+class _Heights(NamedTuple):
+    height: FloatArray
+    per_force: FloatArray
+    """Fall of the height with the force."""
+    slopes: FloatArray
+    """Derivatives of the height by the parameters."""
+
+
+def _heights(p: FloatArray, force: FloatArray) -> _Heights:
+    """Heights in m at forces, by Newton's method in u, and their derivatives."""
+    m, w = p[2], p[3] if p.size > 3 else 0.0
+    with np.errstate(all="ignore"):
+        length = np.exp(p[0]) * (m + w) / np.exp(p[1])
+        u = np.maximum(force / np.exp(p[0]), 1e-12) ** (1.0 / (m + w))
+        for _ in range(_NEWTON if w else 0):
+            at = _curve(p, length * (1.0 - u))
+            u = np.maximum(u - (at.force - force) / at.by_u, 0.1 * u)
+        z = length * (1.0 - u)
+        per_force = length / _curve(p, z).by_u
+        return _Heights(z, per_force, _slopes(p, z) * per_force[:, None])
 
 
 def _attenuation(p: FloatArray, z: FloatArray, noise: float) -> FloatArray:

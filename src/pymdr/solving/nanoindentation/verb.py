@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
+from pymdr.errors import ProblemError
+from pymdr.interpretation.validity import SOURCES, Assumption, BoolArray, Claim, Level
 from pymdr.problem.materials import Material
 from pymdr.problem.profiles import AreaFunction
 from pymdr.solving.nanoindentation.analysing import (
@@ -18,10 +19,11 @@ from pymdr.solving.nanoindentation.analysing import (
     Settings,
     common_priors,
     evaluated,
+    whiteness,
 )
 from pymdr.solving.nanoindentation.arguments import Known, settings_of
 from pymdr.solving.nanoindentation.calibrating import DIAMOND, AreaCalibration
-from pymdr.solving.nanoindentation.records import Records, records_of
+from pymdr.solving.nanoindentation.records import Record, Records, labels_of, numbered, records_of
 from pymdr.solving.nanoindentation.unloading import fit_limits, forces
 from pymdr.solving.study import Column, Study, dataset
 from pymdr.units import FloatArray, QuantityLike, written
@@ -48,12 +50,13 @@ class Nanoindentation(Study):
     """
 
     indents: tuple[Indent, ...]
-    """The unloading rows, and the curves fitted to them."""
+    """The unloading rows, and the curves fitted to them, of the indents that could be evaluated."""
 
     subject: ClassVar[str] = "a nanoindentation"
     claims_of_rows: ClassVar[bool] = False
     columns: ClassVar[Mapping[str, Column]] = {
         "indent": Column("indent", ""),
+        "record": Column("record", ""),
         "procedure": Column("procedure", ""),
         "peak_force": Column("F", "N"),
         "stiffness": Column("S", "N/m"),
@@ -138,12 +141,13 @@ def oliver_pharr(
     Returns
     -------
     Nanoindentation
-        Both procedures side by side. Intervals of 95 % come from the scatter of the rows and, if there is one, from the calibration.
+        Both procedures side by side. Intervals of 95 % come from the scatter of the rows and, if there is one, from the calibration. Of several
+        indents, those that cannot be evaluated are nan, and a note gives the reason.
 
     Raises
     ------
     ProblemError
-        If a record has no unloading, the area function has no area at its contact depth, or an argument is outside its limits.
+        If no record has an unloading, or an area at its contact depth, or an argument is outside its limits.
 
     See Also
     --------
@@ -180,63 +184,90 @@ def oliver_pharr(
     listed = records_of(records, _WHO)
     known = Known(area, frame_compliance, tip, poisson, beta, epsilon)
     settings = settings_of(known, fit_limits(fit_range, _WHO), _WHO)
-    priors = common_priors(listed, settings.frame, settings.limits, _WHO).tolist()
-    indents = tuple(
-        evaluated(record, settings, _WHO if len(listed) == 1 else f"{_WHO}, indent {i}", prior)
-        for i, (record, prior) in enumerate(zip(listed, priors, strict=True), 1)
-    )
+    indents, refusals = _evaluated(listed, settings)
+    evaluable = [number in indents for number in range(1, len(listed) + 1)]
+    known_indents = tuple(indents.values())
     return Nanoindentation(
-        data=_data(indents, settings),
-        claims=_claims(indents, settings),
-        assumptions=_assumptions(indents),
-        notes=_notes(indents),
+        data=_data(listed, np.array(evaluable), known_indents, settings),
+        claims=_claims(np.repeat(evaluable, len(PROCEDURES)), settings),
+        assumptions=_assumptions(known_indents),
+        notes=(*refusals, *_notes(indents)),
         references=("oliver-pharr", "pharr-bolshakov", "bolshakov-pharr", "popov-hess"),
-        indents=indents,
+        indents=known_indents,
     )
 
 
-def _data(indents: Sequence[Indent], settings: Settings) -> xr.Dataset:
+def _evaluated(listed: Sequence[Record], settings: Settings) -> tuple[dict[int, Indent], list[str]]:
+    """The indents that can be evaluated, by their numbers, and why others cannot; if none can, the first reason is raised."""
+    labels = labels_of(listed, _WHO)
+    white: dict[int, float] = {}
+    indents: dict[int, Indent] = {}
+    errors: dict[int, ProblemError] = {}
+    for number, (record, who) in enumerate(zip(listed, labels, strict=True), 1):
+        try:
+            white[number] = whiteness(record, settings.frame, settings.limits, who)
+        except ProblemError as error:
+            errors[number] = error
+    for number, prior in zip(white, common_priors(list(white.values())), strict=False):
+        try:
+            indents[number] = evaluated(listed[number - 1], settings, labels[number - 1], prior)
+        except ProblemError as error:
+            errors[number] = error
+    if not indents:
+        raise errors[min(errors)]
+    return indents, [
+        f"{str(errors[number]).removeprefix(f'{_WHO}, ')}; its numbers are nan" for number in sorted(errors)
+    ]
+
+
+def _data(
+    listed: Sequence[Record], evaluable: BoolArray, indents: Sequence[Indent], settings: Settings
+) -> xr.Dataset:
     both = [[indent.by[name] for name in PROCEDURES] for indent in indents]
+    peaks = np.full(evaluable.size, np.nan)
+    peaks[evaluable] = [indent.rows.peak_force for indent in indents]
     columns: dict[str, tuple[FloatArray, str]] = {}
     for name in both[0][0].values:
         for end in ("values", "low", "high"):
-            numbers = np.array([[getattr(result, end)[name] for result in row] for row in both])
+            numbers = np.full((evaluable.size, len(PROCEDURES)), np.nan)
+            numbers[evaluable] = [[getattr(result, end)[name] for result in row] for row in both]
             columns[name if end == "values" else f"{name}_{end}"] = (numbers, UNITS[name])
     return dataset(
         {
-            "peak_force": ("indent", np.array([i.rows.peak_force for i in indents]), {"units": "N"}),
+            "peak_force": ("indent", peaks, {"units": "N"}),
             **{
                 name: (("indent", "procedure"), values, {"units": unit})
                 for name, (values, unit) in columns.items()
             },
         },
         coords={
-            "indent": ("indent", np.arange(1, len(indents) + 1), {"units": ""}),
+            **numbered(listed),
             "procedure": ("procedure", list(PROCEDURES), {"units": ""}),
         },
         attrs={"frame_compliance": settings.frame, "beta": settings.beta},
     )
 
 
-def _claims(indents: Sequence[Indent], settings: Settings) -> dict[str, Claim]:
-    everywhere = np.ones(len(indents) * len(PROCEDURES), dtype=bool)
+def _claims(evaluable: BoolArray, settings: Settings) -> dict[str, Claim]:
     depths = Claim(
         Level.APPROXIMATE,
         "from curves fitted to the unloading, which is assumed to be elastic; the intervals cover the scatter of the rows only",
         SOURCES["oliver-pharr"],
-        everywhere,
+        evaluable,
     )
     areas = Claim(
         Level.APPROXIMATE,
         "by the area function at the contact depth: the surface sinks in as that of an elastic body and does not pile up",
         f"{SOURCES['oliver-pharr']}; {SOURCES['bolshakov-pharr']}",
-        everywhere,
+        evaluable,
     )
     with_area = ("contact_area", "hardness", "reduced_modulus", "plane_strain_modulus", "young_modulus")
     claims = {name: areas if name in with_area else depths for name in UNITS}
     if settings.poisson is None:
         reason = "Poisson's ratio of the sample is not known; give poisson"
-        claims["young_modulus"] = Claim(Level.NOT_VALID, reason, SOURCES["oliver-pharr"], ~everywhere)
+        claims["young_modulus"] = Claim(
+            Level.NOT_VALID, reason, SOURCES["oliver-pharr"], np.zeros_like(evaluable)
+        )
     return claims
 
 
@@ -264,17 +295,15 @@ def _assumptions(indents: Sequence[Indent]) -> tuple[Assumption, ...]:
     )
 
 
-def _notes(indents: Sequence[Indent]) -> tuple[str, ...]:
-    shapes = [result.shape for indent in indents for result in indent.by.values()]
+def _notes(indents: Mapping[int, Indent]) -> tuple[str, ...]:
+    shapes = [result.shape for indent in indents.values() for result in indent.by.values()]
     largest = max((shape.errors.correlated for shape in shapes if shape.misfit > _MISFIT), default=1.0)
     notes = []
     if largest > _CORRELATED:
         notes.append(
             f"residuals of a fit are correlated over up to {largest:.0f} rows; the intervals are widened for it, not for a curve of another form"
         )
-    single = [
-        i + 1 for i, indent in enumerate(indents) if indent.by["effective_shape"].shape.parameters.size == 3
-    ]
+    single = [i for i, indent in indents.items() if indent.by["effective_shape"].shape.parameters.size == 3]
     if single:
         numbers = ", ".join(map(str, single[:10]))
         notes.append(

@@ -36,6 +36,10 @@ _OF_SHELL = {
     "(curve.orient(keep=True))": "with --keep-signs",
     "keep=True if the signs are those of pymdr, or signs=": "or --keep-signs if compression is positive",
     "read_curves(..., leave_out_missing=True) omits them": "--leave-out-missing omits them",
+    "give spring_constant, such as": "give --spring-constant, such as",
+    "give sensitivity, such as": "give --sensitivity, such as",
+    " and spring_constant, such as": " and --spring-constant, such as",
+    " and sensitivity, such as": " and --sensitivity, such as",
     "mark outliers (curve.mark_outliers()), ": "",
 }
 """Remedies in Python -> remedies of commands."""

@@ -123,9 +123,10 @@ def _afmformats(source: Path) -> Any:
             f"{source.name} needs afmformats, which cannot be imported ({error}): pip install 'pymdr[afm]'; tables with units in their header "
             "(.csv, .tsv) are read without it"
         ) from error
-    logger = logging.getLogger("afmformats")
-    if not logger.handlers:  # pymdr's errors name what cannot be read
-        logger.addHandler(logging.NullHandler())
+    for name in ("afmformats", "igor2"):  # pymdr's errors name what cannot be read
+        logger = logging.getLogger(name)
+        if not logger.handlers:
+            logger.addHandler(logging.NullHandler())
     return afmformats
 
 

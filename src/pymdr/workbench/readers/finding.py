@@ -172,6 +172,11 @@ def head_of(source: Path) -> bytes:
 
 
 def _unknown(source: Path) -> FileError:
+    makers = [one.name for one in BUILT_IN if source.suffix.lower() in one.suffixes]
+    if makers:
+        return FileError(
+            f"cannot read {source}: not a file of {makers[0]}, which its suffix stands for, or its beginning is damaged; copy it again from the instrument"
+        )
     known = ", ".join(suffixes())
     return FileError(
         f"cannot read {source}: no format of force curves ends in {source.suffix.lower()!r}; those that do: {known}"

@@ -30,7 +30,7 @@ def read(source: Path, calibration: Calibration) -> list[ForceRecord]:
     Its own indentation is 0 before the contact that the instrument found, so the travel of the piezo is used and the deflection of the
     cantilever is the force over its spring constant.
     """
-    lines = lines_of(source)
+    lines = lines_of(source, _NAMES)
     columns: dict[str, FloatArray] = columns_of_lines(
         source, lines, _NAMES, ("normal_force", "travel"), "Time (s), Load (uN), Piezo (nm)"
     )
