@@ -10,7 +10,7 @@ from tests.common import references
 
 import pymdr as mdr
 from drawing import first_of
-from pymdr.line.plastic import Ball, Edge, Ellipse, follow_edge, start_of_edge
+from pymdr.line.plastic import Ball, Edge, Ellipse, GrowingBall, follow_edge, start_of_edge, with_growth
 from pymdr.workbench.casefile import read_case
 
 COPPER = mdr.ElasticPlastic("120 GPa", 0.34, yield_strength="200 MPa")
@@ -221,6 +221,45 @@ def test_growth_of_the_apparent_radius_stiffens():
     plain = mdr.Contact(mdr.Sphere(1.0), mdr.ElasticPlastic(1e9, 0.3, yield_strength=2e7))
     without = float(mdr.solve(plain, mdr.load(2e7))["indentation"][-1])
     assert 0.98 < grown[-1] / without < 1.0
+
+
+@pytest.mark.parametrize("strength", [2e7, 6e7])
+def test_growth_in_impacts_is_the_limit_of_many_steps(strength):
+    """Steps of first order from first yield on, extrapolated; an impact against its motion by steps."""
+    ball = ball_of(strength, walled=True)
+    growing, ends, deepest = GrowingBall(ball), [], 0.3
+    for n in (1000, 2000):
+        state = growing.start
+        first = ball.yield_depth * np.array([1.0 - 1e-9, 1.0 + 1e-9])
+        for d in np.concatenate([first, np.linspace(ball.yield_depth, deepest, n + 1)[1:]]).tolist():
+            row, state = growing.advance(state, d)
+        ends.append([row.apparent_radius, row.force, row.residual])
+    middle, fine = np.array(ends)
+    at, grown = np.array(deepest), with_growth(ball)
+    limit = [grown.grown(at), grown.force(at, at), grown.residual(at)]
+    assert 2.0 * fine - middle == pytest.approx(np.array(limit), rel=1e-5)
+    assert np.all(np.abs(fine - limit) < 0.6 * np.abs(middle - limit))
+    assert float(ball.force(at, at)) < 0.96 * float(grown.force(at, at))
+
+
+def test_an_impact_with_growth_is_the_motion_by_steps():
+    body = mdr.ElasticPlastic("1 GPa", 0.3, "20 MPa", apparent_radius=True, wall_factor=True)
+    contact = mdr.Contact(mdr.Sphere("10 mm"), body)
+    hit = mdr.impact(contact, mass="10 g", speed="8 m/s")
+    assert hit.energy_lost == pytest.approx(0.32 * (1.0 - hit.restitution**2), rel=1e-12)
+    ends = []
+    for dt in (4e-7, 2e-7):
+        steps, v, d, force = mdr.Stepper(contact, 1.1 * hit.largest_indentation), 8.0, 0.0, 0.0
+        while v > 0.0 or force > 0.0:
+            v -= 0.5 * dt * force / 0.01
+            d += dt * v
+            force = steps.advance(d).normal
+            v -= 0.5 * dt * force / 0.01
+        ends.append(-v / 8.0)
+    assert 2.0 * ends[1] - ends[0] == pytest.approx(hit.restitution, rel=1e-3)
+    many = mdr.restitution(contact, mass="10 g", speeds=[3.0, 8.0])["restitution"].values
+    assert many[1] == pytest.approx(hit.restitution, rel=1e-10)
+    assert many[1] < many[0] < 1.0
 
 
 def test_adhesion_on_unloading():

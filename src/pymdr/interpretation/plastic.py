@@ -51,7 +51,7 @@ def plastic_claims(
         "limits only 0 <= nu <= 0.5"
     )
     if body.apparent_radius:
-        reason += "; the growth of the apparent radius is averaged over ten rows, so the result depends on the number of rows"
+        reason += "; the growth of the apparent radius is averaged over ten rows, so the result depends on the number of rows; impacts take the limit of many"
     elif not body.wall_factor:
         reason += "; without growth of the apparent radius and without the wall factor the force at d = 0.12 R is 2 to 3 % below that with both"
     if adhesive:

@@ -29,7 +29,8 @@ class ElasticPlastic(Material):
         Yield strength Y in uniaxial tension in Pa, above 0.
     apparent_radius : bool
         By keyword: whether the radius of the ball grows with its plastic volume. The rows of a path are then the steps of a
-        particle code, because the growth is averaged over ten rows: the result depends on their number.
+        particle code, because the growth is averaged over ten rows: the result depends on their number. Impacts take the
+        limit of many.
     wall_factor : bool
         By keyword: whether the force is multiplied by 1 + exp(10.7 d/R - 10), the stiffening of a ball between rigid walls.
     thermal_conductivity, resistivity, thermal_diffusivity : quantity, optional

@@ -34,8 +34,6 @@ _SLIDING = Contact(_ROUND.profile, _BODY, _BODY, friction=Coulomb(_FRICTION))
 _YIELDING = Contact(
     Sphere(_BALL.radius), ElasticPlastic(_YOUNG, _POISSON, _STRENGTH, apparent_radius=True, wall_factor=True)
 )
-# an impact has no steps over which a particle code averages the growth of the radius
-_REBOUNDING = Contact(_YIELDING.profile, ElasticPlastic(_YOUNG, _POISSON, _STRENGTH, wall_factor=True))
 _DEEPEST, _DEEP, _SHALLOW, _ROWS = 1e-3, 1e-4, 5e-6, 80
 _SLIP = _FRICTION * (2.0 - _POISSON) / (2.0 * (1.0 - _POISSON)) * _DEEP
 """Shift in m at which the contact slips as a whole."""
@@ -265,7 +263,7 @@ def _collisions() -> Iterator[_Collision]:
             yield _Collision(name, _JKR, _STICKING, speed, 0.0, series, parts_at)
     for speed in (2.0, 0.5, 1.0, 4.0, 8.0):
         yield _Collision(
-            f"collision, yielding, {speed:g} m/s", _MDR, _REBOUNDING, speed, 0.0, "restitution, yielding"
+            f"collision, yielding, {speed:g} m/s", _MDR, _YIELDING, speed, 0.0, "restitution, yielding"
         )
     for degrees in (30.0, 5.0, 15.0, 45.0, 60.0, 75.0):
         yield _Collision(

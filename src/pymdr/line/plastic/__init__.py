@@ -9,7 +9,7 @@ from pymdr.line.plastic.adhesion import (
 )
 from pymdr.line.plastic.ball import DEEPEST, Ball
 from pymdr.line.plastic.ellipse import Ellipse
-from pymdr.line.plastic.growth import GrowingBall, Growth
+from pymdr.line.plastic.growth import GrowingBall, Growth, with_growth
 from pymdr.line.plastic.moved import GrowingContacts, YieldingContacts
 
 __all__ = [
@@ -25,4 +25,5 @@ __all__ = [
     "follow_edge",
     "parting_from",
     "start_of_edge",
+    "with_growth",
 ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass, field
 from typing import TypeVar
@@ -48,6 +49,24 @@ def lift(pressure: Number, a: Number, z: Number, poisson: float, shear: float) -
 
 
 @dataclass(frozen=True)
+class ApparentRadius:
+    """The apparent radius of a ball over its largest indentation."""
+
+    initial: float
+    """In m."""
+    onset: float
+    """Largest indentation in m from which on it grows."""
+    series: FloatArray
+    """Chebyshev coefficients in m from there to 0.9 R."""
+
+    def __call__(self, largest: FloatArray) -> FloatArray:
+        """In m, after largest indentations in m."""
+        end = DEEPEST * self.initial
+        x = (2.0 * np.clip(largest, self.onset, end) - self.onset - end) / (end - self.onset)
+        return np.asarray(np.polynomial.chebyshev.chebval(x, self.series))
+
+
+@dataclass(frozen=True)
 class Ball:
     """
     A ball that yields on a rigid flat (Zunker and Kamrin 2024).
@@ -70,6 +89,8 @@ class Ball:
     """Y in Pa."""
     walled: bool = False
     """Whether the force is multiplied by 1 + exp(10.7 d / R - 10)."""
+    grown: ApparentRadius | None = None
+    """Of the ball, if it grows; R - M of the apparent ball is then that of the initial one."""
 
     yield_depth: float = field(init=False)
     """The indentation d_Y in m of first yield; inf if the ball does not yield up to 0.9 R."""
@@ -89,9 +110,19 @@ class Ball:
         t = scipy.optimize.brentq(excess, 0.5 * low, min(8.0 * low, 1.0), xtol=1e-15 * low, rtol=1e-15)
         return self.radius * float(t)
 
+    @property
+    def knots(self) -> tuple[float, ...]:
+        """Indentations in m of the first loading at which the ball yields, and its apparent radius begins to grow."""
+        knots = (self.yield_depth,) if math.isfinite(self.yield_depth) else ()
+        return knots if self.grown is None else (*knots, self.grown.onset)
+
     def yield_pressure(self, largest: FloatArray) -> FloatArray:
         """P_Y in Pa after largest indentations in m."""
-        return np.asarray(yield_pressure(self.strength, largest / self.radius))
+        # the indentation of the apparent ball over its radius, 1 - (R - M) / R
+        share = largest / self.radius
+        if self.grown is not None:
+            share = 1.0 - (self.radius - largest) / self.grown(largest)
+        return np.asarray(yield_pressure(self.strength, share))
 
     def yielded(self, largest: FloatArray) -> FloatArray:
         """1 where the ball has yielded, else 0."""
@@ -101,6 +132,9 @@ class Ball:
         """The contact radius a_M in m at largest indentations in m, after yield."""
         first = min(self.yield_depth, self.radius)
         square = largest * (2.0 * self.radius - largest) - first * (self.radius - first)
+        if self.grown is not None:
+            apparent = self.grown(largest)
+            square = square + (apparent - self.radius) * (apparent + self.radius)
         return np.sqrt(np.maximum(square, first * self.radius))
 
     def line(self, largest: FloatArray) -> Ellipse:
@@ -189,10 +223,10 @@ class Ball:
         d = np.maximum(np.asarray(d, dtype=float), 0.0)
         elastic = np.minimum(d, min(self.yield_depth, DEEPEST * self.radius))
         work = self.elastic_energy(elastic, np.nextafter(elastic, 0.0))
-        if math.isfinite(self.yield_depth):
-            t, weights = gauss(_NODES)
-            length = np.maximum(d - self.yield_depth, 0.0)[..., None]
-            at = self.yield_depth + length * t
+        t, weights = gauss(_NODES)
+        for low, high in itertools.pairwise((*self.knots, math.inf)):
+            length = np.clip(d - low, 0.0, high - low)[..., None]
+            at = low + length * t
             pressed = math.pi * self.full_radius(at) ** 2 * self.yield_pressure(at) * self.wall(at)
             work = work + (length * pressed) @ weights
         return np.asarray(work)

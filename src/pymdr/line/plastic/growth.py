@@ -7,16 +7,19 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
+import numpy as np
 import scipy
 
 from pymdr.errors import ConvergenceError
-from pymdr.line.plastic.ball import DEEPEST, Ball, lift, wall_factor, yield_pressure
+from pymdr.line.plastic.ball import DEEPEST, ApparentRadius, Ball, lift, wall_factor, yield_pressure
 from pymdr.line.plastic.ellipse import ellipse_force
 from pymdr.units import metres
 
 _WINDOW = 10
 """Steps over which the growth of the radius is averaged."""
 _TURNS = 200
+_DECAY, _PART, _TERMS = 4.4, 0.02, 24
+"""Of the pressure at yield over the indentation; longest step over R, and degree of the series, of the growth in the limit of many steps."""
 
 
 class Row(NamedTuple):
@@ -174,6 +177,60 @@ class GrowingBall:
             return state
         mean = state.mean_growth + (growth - state.mean_growth) / _WINDOW
         return replace(state, radius=state.radius + mean, mean_growth=mean)
+
+
+def with_growth(ball: Ball) -> Ball:
+    """
+    The ball whose apparent radius grows as that of :class:`GrowingBall` does in the limit of many steps of loading.
+
+    With u = R_0 - d the elastic volume strain s = -q / (1 + s), q = pi a^2 p_Y u (1 - 2 nu) / (2 G (1 + nu) V_0), and the growth
+    dR = max(0, w (V_0 ds + pi (R^2 - u^2) dd) / (2 pi R (R + u))) is an equation for R(d).
+    """
+    first, depth = ball.radius, ball.yield_depth
+    if math.isinf(depth):
+        return ball
+    volume = 4.0 / 3.0 * math.pi * first**3
+    bulk = (1.0 - 2.0 * ball.poisson) / (2.0 * ball.shear * (1.0 + ball.poisson) * volume)
+    constant = depth * (depth - first)
+
+    def rate(m: float, radius: float) -> float:
+        u = first - m
+        square = (radius - u) * (radius + u) + constant
+        pressure = float(yield_pressure(ball.strength, 1.0 - u / radius))
+        slope = -_DECAY * (pressure - ball.strength)
+        # derivatives of q with d and with R
+        rest = bulk * math.pi * u
+        by_depth = rest * (2.0 * u * pressure + square * slope / radius) - bulk * math.pi * square * pressure
+        by_radius = rest * (2.0 * radius * pressure + square * slope * u / radius**2)
+        elastic = volume / math.sqrt(1.0 - 4.0 * rest * square * pressure)
+        free = 2.0 * radius * (radius + u)
+        weight = 1.0 / (1.0 + math.exp(-75.0 * (free / (free + square) - 0.2)))
+        swept = math.pi * (radius - u) * (radius + u)
+        growth = weight * (swept - elastic * by_depth)
+        return growth / (math.pi * free + weight * elastic * by_radius)
+
+    # the change of the elastic volume exceeds the volume that yields at first
+    end = DEEPEST * first
+    if rate(end, first) <= 0.0:
+        return ball
+    onset = depth
+    if rate(depth, first) < 0.0:
+        onset = float(scipy.optimize.brentq(rate, depth, end, (first,), xtol=1e-15 * first))
+    solved = scipy.integrate.solve_ivp(
+        lambda m, radii: [max(rate(m * first, float(radii[0]) * first), 0.0)],
+        (onset / first, DEEPEST),
+        [1.0],
+        method="DOP853",
+        rtol=1e-13,
+        atol=1e-14,
+        max_step=_PART,
+        dense_output=True,
+    )
+    series = np.polynomial.chebyshev.chebinterpolate(
+        lambda x: first * solved.sol(0.5 * (onset / first + DEEPEST + (DEEPEST - onset / first) * x))[0],
+        _TERMS,
+    )
+    return replace(ball, grown=ApparentRadius(first, onset, series))
 
 
 def line_of(ball: Ball, radius: float, largest: float, constant: float) -> tuple[float, float, float, float]:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from pymdr.errors import PathError, ProblemError
+from pymdr.errors import PathError
 from pymdr.interpretation.adhesion import energy_assumption
 from pymdr.interpretation.validity import SOURCES
 from pymdr.line.impact import (
@@ -20,7 +20,7 @@ from pymdr.line.impact import (
     stop,
     work,
 )
-from pymdr.line.plastic import DEEPEST, Ball, Parting, parting_from
+from pymdr.line.plastic import DEEPEST, Ball, Parting, parting_from, with_growth
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import indent
 from pymdr.solving.colliding import Course, contact_times
@@ -37,7 +37,7 @@ _DECADES = 12
 def plastic(request: ImpactRequest) -> Impact:
     """The impact of a ball: it yields up to the turning point and rebounds elastically, or against adhesion."""
     contact, mass, rows = request.contact, request.mass, request.steps
-    ball = impacting(contact, "impact")
+    ball = impacting(contact)
     energy = 0.5 * mass * request.normal**2
     loading, largest = loading_to(ball, mass, np.array([request.normal]))
     deepest = float(largest[0])
@@ -72,22 +72,11 @@ def plastic(request: ImpactRequest) -> Impact:
     return with_numbers(result, {"sticking_speed": slowest})
 
 
-def impacting(contact: Contact, prefix: str) -> Ball:
-    """
-    The ball of an impact.
-
-    Raises
-    ------
-    ProblemError
-        If its radius grows with the rows.
-    """
-    body = contact.plastic
+def impacting(contact: Contact) -> Ball:
+    """The ball of an impact; its apparent radius, if it grows, grows as in many steps."""
+    body, ball = contact.plastic, ball_of(contact)
     assert body is not None
-    if body.apparent_radius:
-        raise ProblemError(
-            f"{prefix}: apparent_radius needs the steps of a particle code, and an impact has none; leave it out"
-        )
-    return ball_of(contact)
+    return with_growth(ball) if body.apparent_radius else ball
 
 
 def loading_to(ball: Ball, mass: float, speed: FloatArray) -> tuple[Potential, FloatArray]:
@@ -110,8 +99,7 @@ def loading_to(ball: Ball, mass: float, speed: FloatArray) -> tuple[Potential, F
             f"speed = {written(float(np.max(speed)), 'm/s', 6)}: the ball would not come to rest before the model of its yield ends at "
             f"d = {metres(top)}; the largest normal speed is {written(math.sqrt(2.0 * most / mass), 'm/s', 6)}"
         )
-    knots = (ball.yield_depth,) if ball.yield_depth < top else ()
-    potential = Potential(at, knots)
+    potential = Potential(at, ball.knots)
     return potential, depths_of_energy(potential, 0.5 * mass * speed**2, top)
 
 

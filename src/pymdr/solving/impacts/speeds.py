@@ -177,7 +177,7 @@ def _many_elastic(contact: Contact, mass: float, speed: FloatArray) -> _Many:
 
 
 def _many_plastic(contact: Contact, mass: float, speed: FloatArray) -> _Many:
-    ball = impacting(contact, "restitution")
+    ball = impacting(contact)
     loading, largest = loading_to(ball, mass, speed)
     if contact.adhesion is not None:
         return _many_parting(contact.adhesion.work, ball, mass, speed)
