@@ -138,6 +138,12 @@ def test_bodies_without_memory_take_a_preload():
         ({"speed": 1.0, "preload": 1.0, "dwell": -1.0}, ProblemError, "at least 0 s"),
         ({"speed": 1.0, "preload": 1.0, "machine_stiffness": 0.0}, ProblemError, "dead load has no speed"),
         ({"speed": "1 s", "preload": 1.0}, mdr.UnitError, "m/s"),
+        ({"speed": ["1 m/s", "2 m/s"], "preload": 1.0}, ProblemError, "call pull_off_curve for several"),
+        (
+            {"speed": 1.0, "dwell": [0.0, 1.0], "preload": 1.0},
+            ProblemError,
+            "call pull_off_curve for several",
+        ),
     ],
 )
 def test_what_a_test_with_memory_refuses(given, error, words):
@@ -152,11 +158,57 @@ def test_what_bodies_without_memory_refuse():
             mdr.pull_off(gel, **{name: value})
     with pytest.raises(ProblemError, match="does not depend on its speed"):
         pull_off_of(gel, edge=True)
+    with pytest.raises(ProblemError, match="pull_off: 'gel' is not a Contact"):
+        mdr.pull_off("gel")
+    with pytest.raises(ProblemError, match="pull_off: the contact has no adhesion"):
+        mdr.pull_off(mdr.Contact(BALL, mdr.Elastic(1.0, 0.5)))
     with pytest.raises(ProblemError, match="call pull_off"):
         mdr.pull_off_curve(gel, speed=[1.0], preload=1.0)
-    liquid = mdr.Contact(BALL, mdr.Viscoelastic(mdr.Maxwell(1.0, 1.0), poisson=0.5), adhesion=gel.adhesion)
-    with pytest.raises(ProblemError, match="flows at rest"):
-        mdr.pull_off(liquid, speed=1.0, preload=1.0)
+
+
+def flowing(shear):
+    return mdr.Contact(BALL, mdr.Viscoelastic(shear, poisson=0.5), adhesion=TACKY.adhesion)
+
+
+def test_a_slow_liquid_is_the_elastic_body_of_its_instantaneous_modulus():
+    test = mdr.pull_off(flowing(mdr.Maxwell(0.25, 1e7)), pressed_to=1.0, speed=1.0)
+    elastic = mdr.Contact(BALL, mdr.Elastic(0.75, 0.5), adhesion=TACKY.adhesion)
+    limit = mdr.pull_off(elastic, pressed_to=1.0)
+    assert test.largest_pull == pytest.approx(limit.largest_pull, rel=1e-5)
+    assert test.indentation == pytest.approx(limit.indentation, rel=1e-4)
+    assert not test.claims["effective_work"].readable
+    with pytest.raises(ProblemError, match="edge: this needs the relaxed contact"):
+        test.edge.summary()
+
+
+def test_the_pull_of_a_liquid_is_that_of_rings():
+    """Rings of the surface share no springs with the method."""
+    liquid, top, speed, dwell = flowing(mdr.Maxwell(2.5, 1.0)), 0.3, 3.0, 0.2
+    test = mdr.pull_off(liquid, pressed_to=top, speed=speed, dwell=dwell)
+    end, away = (top + 0.5) / speed, np.linspace(0.0, 1.0, 101)[1:]
+    press = mdr.Path(time=np.linspace(0.0, end, 40), indentation=np.linspace(-0.5, top, 40))
+    path = press >> mdr.hold(dwell) >> mdr.Path(time=end + dwell + away / speed, indentation=top - away)
+    force = mdr.solve(liquid, path, solver=mdr.Rings(100))["normal_force"]
+    assert test.largest_pull == pytest.approx(float(force.min()), rel=1e-3)
+
+
+def test_a_curve_of_a_liquid_has_a_fast_limit_only():
+    given = {"speed": [1.0, 30.0], "pressed_to": 0.3, "approach_speed": 3.0}
+    liquid = mdr.pull_off_curve(flowing(mdr.Maxwell(2.5, 1.0)), **given)
+    assert liquid["largest_pull"].values[1, 0] == pytest.approx(float(liquid["fast_limit"][0]), rel=0.02)
+    assert not liquid.claims["slow_limit"].readable
+    assert len(liquid.plot().axes) == 2
+
+
+def test_a_curve_of_a_power_of_time_has_no_limits():
+    given = {"speed": [1.0, 30.0], "preload": 1.0, "approach_speed": 3.0}
+    power = mdr.pull_off_curve(flowing(mdr.PowerLawRheology(1.0, 1.0, 0.2)), **given)
+    assert not power.claims["fast_limit"].readable
+    rows = power.results[0].data
+    path = mdr.Path(time=rows["time"].values[::4], indentation=rows["indentation"].values[::4])
+    rings = mdr.solve(power.contact, path, solver=mdr.Rings(160))["normal_force"]
+    assert power["largest_pull"].values[0, 0] == pytest.approx(float(rings.min()), rel=3e-3)
+    assert "slow limit" not in {text.get_text() for text in power.plot().axes[1].get_legend().get_texts()}
 
 
 def test_the_command_and_the_table(tmp_path, shell):

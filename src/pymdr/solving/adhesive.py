@@ -55,7 +55,8 @@ _ROUNDING = 1e-12
 def solve_adhesive(task: Task) -> Result:
     """Map, walk and interpret."""
     refuse_tangential(
-        task.path, "the contact is adhesive: adhesion with friction is not covered; leave the channel out"
+        task.path,
+        "the contact is adhesive: adhesion with friction is not covered, but for JKR without slip, friction=Coulomb(math.inf); leave the channel out",
     )
     line = AdhesiveLine(task.contact)
     walked = walk(task, State(), partial(step, line, task.machine_stiffness, _followed))

@@ -15,6 +15,7 @@ from pymdr.line.soft.small_zone import SmallZone
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.result import Result
+from pymdr.solving.memory import refuse_flow
 from pymdr.solving.study import Column, Study, dataset
 from pymdr.units import FloatArray
 
@@ -92,6 +93,11 @@ def edge_work_of(results: Sequence[Result], relaxation: Relaxation) -> EdgeWork:
     relaxation : Relaxation
         E*(t) in Pa.
 
+    Raises
+    ------
+    ProblemError
+        If the bodies flow at rest.
+
     Notes
     -----
     With the force F, the contact radius a and the relaxed modulus E, that the springs of the contact have one history gives their load
@@ -102,6 +108,7 @@ def edge_work_of(results: Sequence[Result], relaxation: Relaxation) -> EdgeWork:
     law = contact.adhesion
     assert law is not None
     assert law.cohesive_stress is not None
+    refuse_flow(relaxation, "edge")
     zone = SmallZone(relaxation, law.work, law.cohesive_stress)
     line = ElasticLine(equivalent_profile(contact.profile), relaxation.rubbery)
     parts = [_of_test(result, zone, line) for result in results]

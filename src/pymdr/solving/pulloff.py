@@ -19,7 +19,7 @@ from pymdr.interpretation.validity import Claim, Level
 from pymdr.line.adhesion.equivalent_line import States
 from pymdr.line.following import Jumps, Route, Track, pressed, pulled, turning_points, under_machine
 from pymdr.line.foundation import states_at_depth
-from pymdr.problem.contact import Contact
+from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.profiles import Profile
 from pymdr.quantities import quantity
 from pymdr.solving.adhesive import HystereticLine
@@ -273,9 +273,9 @@ def _curves_of(contact: Contact) -> tuple[AdhesiveLine, AdhesiveLine]:
 
 def adhesive(contact: Contact) -> Contact:
     """The contact, refused without a law of adhesion."""
-    if not isinstance(contact, Contact) or contact.adhesion is None:
+    if require_contact(contact, "pull_off").adhesion is None:
         raise ProblemError(
-            "the contact has no adhesion; give Contact(..., adhesion=JKR('50 mJ/m^2')) or another law"
+            "pull_off: the contact has no adhesion; give Contact(..., adhesion=JKR('50 mJ/m^2')) or another law"
         )
     return contact
 

@@ -19,7 +19,7 @@ from pymdr.problem.paths import LoadingPath, Path, hold, load
 from pymdr.problem.values import within_range
 from pymdr.result import Result
 from pymdr.solving.batch import Request, solutions
-from pymdr.solving.memory import refuse_flow, relaxation_along
+from pymdr.solving.memory import powers_of, refuse_rigid, relaxation_along, times_along
 from pymdr.solving.pulloff import start_of_retraction
 from pymdr.solving.verb import read_stiffness, solve
 from pymdr.solving.zones import zone_relaxation, zone_setting
@@ -28,7 +28,7 @@ from pymdr.units import FloatArray, QuantityLike, shown, to_si, written
 ROWS, _FINE = 240, 48
 """Rows of a leg, and rows between two of them where the pull is largest and where the contact is lost."""
 _TOUCH = 1e-7
-"""Part of the approach at which the first touch is read."""
+"""Part of the approach at which the first touch is read; with powers of time, whose series begins at the shortest time of a path, a row."""
 _DOUBLINGS = 30
 
 
@@ -64,7 +64,7 @@ def dwell_of_test(dwell: QuantityLike) -> float:
     """A time at rest in s, checked."""
     time = to_si(dwell, "s", name="dwell")
     if not 0.0 <= time < math.inf:
-        raise ProblemError(f"pull_off: dwell = {dwell!r}; a finite time of at least 0 s is needed")
+        raise ProblemError(f"pull_off: dwell = {shown(dwell)}; a finite time of at least 0 s is needed")
     return time
 
 
@@ -77,13 +77,14 @@ class _Approach(NamedTuple):
     top: float
     """Largest travel in m."""
     speed: float
+    touch: float = _TOUCH
 
     @property
     def rows(self) -> tuple[FloatArray, FloatArray]:
         """Times in s and travels in m at the speed, up to the largest travel."""
         fraction = np.linspace(0.0, 1.0, ROWS)
         # the jump into contact happens in the first row
-        fraction = np.concatenate([[0.0, _TOUCH], fraction[2:]])
+        fraction = np.concatenate([[0.0, self.touch], fraction[2:]])
         whole = self.top - self.start
         return whole / self.speed * fraction, self.start + whole * fraction
 
@@ -117,7 +118,7 @@ def followed_tests(
     workers: int = 1,
 ) -> tuple[list[Result], float]:
     """
-    Results of tests of one contact, and its relaxed modulus E* in Pa.
+    Results of tests of one contact, and its relaxed modulus E* in Pa, 0 if it flows at rest.
 
     Parameters
     ----------
@@ -154,34 +155,40 @@ def followed_tests(
         ]
         return list(solutions([Request(contact, path, machine) for path in paths], {}, workers))
 
+    modulus = relaxation_along(contact, next(iter(approaches.values())).path).rubbery
     rested: dict[_AtRest, ZoneSprings] = {}
-    retreats = [_retreat(contact, approaches[test.approach_speed], test, stiffness, rested) for test in tests]
+    retreats = [
+        _retreat(contact, approaches[test.approach_speed], test, (stiffness, modulus), rested)
+        for test in tests
+    ]
     finest = solved(range(len(tests)), [_graded(*one) for one in retreats])
     # rows too close for the resolution of time: evenly spaced ones, with their distance as error
     coarse = [i for i, one in enumerate(finest) if isinstance(one, ConvergenceError)]
     for i, one in zip(coarse, solved(coarse, [_even(retreats[i][0]) for i in coarse]), strict=True):
         finest[i] = _with_coarse_rows(_answer(one))
-    modulus = relaxation_along(contact, next(iter(approaches.values())).path).rubbery
     return [_answer(one) for one in finest], modulus
 
 
-_AtRest = tuple[float, float]
-"""Speed of the approach and dwell of a test."""
+_AtRest = tuple[TackTest, tuple[float, float]]
+"""Approach and dwell of a test, and shortest and longest time in s for which its springs are made."""
 
 
 def _retreat(
     contact: Contact,
     approach: _Approach,
     test: TackTest,
-    stiffness: float,
+    pair: tuple[float, float],
     rested: dict[_AtRest, ZoneSprings],
 ) -> tuple[float, dict[str, FloatArray]]:
-    """A length in m in which the contact is lost, and its evenly spaced rows; tests share the springs at rest before it."""
+    """A length in m in which the contact is lost under a machine and of a relaxed modulus, and its evenly spaced rows; tests of solids share the springs at rest before it."""
+    stiffness, modulus = pair
     length = _first_length(contact, approach)
     for _ in range(_DOUBLINGS):
-        key = test.approach_speed, test.dwell
+        # bodies that flow spread as long as the test lasts
+        span = (0.0, math.inf) if modulus > 0.0 else times_along(approach.whole(test, _even(length)))
+        key = test._replace(speed=0.0 if modulus > 0.0 else test.speed), span
         if key not in rested:
-            rested[key] = _springs_at_rest(contact, approach, test, stiffness)
+            rested[key] = _springs_at_rest(contact, approach, test, stiffness, span)
         (end, _), (time, travel) = approach.away(test, np.zeros(1)), approach.away(test, _even(length))
         follow = deepcopy(rested[key]).follow
         rows = follow(np.append(end, time), np.append(approach.top, travel), stiffness)
@@ -193,11 +200,13 @@ def _retreat(
     )
 
 
-def _springs_at_rest(contact: Contact, approach: _Approach, test: TackTest, stiffness: float) -> ZoneSprings:
-    """The springs after approach and dwell."""
-    setting = zone_setting(
-        contact, zone_relaxation(contact, None), {stiffness: max(approach.top, 0.0)}, verb="pull_off"
-    )
+def _springs_at_rest(
+    contact: Contact, approach: _Approach, test: TackTest, stiffness: float, span: tuple[float, float]
+) -> ZoneSprings:
+    """The springs after approach and dwell, for a shortest and longest time in s."""
+    relaxation = zone_relaxation(contact, span)
+    targets = {stiffness: max(approach.top, 0.0)}
+    setting = zone_setting(contact, relaxation, targets, span[1], verb="pull_off")
     springs = ZoneSprings(setting, FINE)
     time, travel = approach.rows
     springs.follow(np.append(time[0], time), np.append(travel[0], travel), stiffness)
@@ -237,8 +246,8 @@ def _graded(length: float, rows: dict[str, FloatArray]) -> FloatArray:
         np.linspace(at(separated - 1), at(separated), _FINE)[1:],
     ]
     lengths = np.unique(np.concatenate(parts))
-    # rows that rounding has doubled
-    return lengths[np.diff(lengths, append=math.inf) > 1e-9 * at(separated)]
+    # rows that both spacings share
+    return lengths[np.diff(lengths, append=math.inf) > 1e-5 * at(separated)]
 
 
 def _first_length(contact: Contact, approach: _Approach) -> float:
@@ -260,11 +269,12 @@ def _approach(contact: Contact, speed: float, stiffness: float, quantity: str, t
     machine = None if math.isinf(stiffness) else stiffness
     top = target
     relaxation = relaxation_along(contact, Path(time=[0.0, range_ / speed], indentation=[-range_, 0.0]))
-    refuse_flow(relaxation, "pull_off")
+    refuse_rigid(relaxation, "pull_off")
     if quantity == "normal_force":
-        bare = Contact(contact.profile, Elastic(relaxation.rubbery, 0.0))
+        bare = Contact(contact.profile, Elastic(relaxation.softest(range_ / speed), 0.0))
         top = float(solve(bare, load(max(target, law.work * range_))).data["indentation"].values[-1])
-    approach = _Approach(channel, -range_, top, speed)
+    touch = 1.0 / (ROWS - 1) if powers_of(contact) else _TOUCH
+    approach = _Approach(channel, -range_, top, speed, touch)
     if quantity == channel:
         return approach
     if machine is not None:

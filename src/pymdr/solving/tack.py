@@ -29,7 +29,7 @@ from pymdr.solving.retraction import (
     stiffness_of_test,
 )
 from pymdr.solving.study import number
-from pymdr.units import QuantityLike
+from pymdr.units import QuantityLike, shown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -165,6 +165,11 @@ def pull_off(
         return elastic_pull_off(
             contact, machine_stiffness=machine_stiffness, pressed_to=pressed_to, preload=preload
         )
+    for name, value in (("speed", speed), ("dwell", dwell)):
+        if np.ndim(value) > 0:  # type: ignore[arg-type]
+            raise ProblemError(
+                f"pull_off: {name} = {shown(value)}; give one value, or call pull_off_curve for several"
+            )
     stiffness = stiffness_of_test(machine_stiffness)
     if speed is None:
         raise ProblemError(
@@ -195,14 +200,14 @@ def tack_tests(
         As for `followed_tests`.
     """
     results, modulus = followed_tests(contact, tests, stiffness, start, workers)
-    elastic = ElasticPulls(contact, modulus)
+    elastic = ElasticPulls(contact, modulus) if modulus > 0.0 else None
     return [
         _read(contact, elastic, test, stiffness, result) for test, result in zip(tests, results, strict=True)
     ]
 
 
 def _read(
-    contact: Contact, elastic: ElasticPulls, test: TackTest, stiffness: float, result: Result
+    contact: Contact, elastic: ElasticPulls | None, test: TackTest, stiffness: float, result: Result
 ) -> TackPullOff:
     """The numbers of a test."""
     rows = result.data
@@ -266,22 +271,9 @@ def _read(
         {name: np.array([min(one, 1.0)]) for name, one in errors.items()},
         cause="from twice the spacing of nodes, longer steps and the distance of rows",
     )
-    try:
-        values["effective_work"] = elastic.work(pull)
-        claims["effective_work"] = Claim(
-            Level.APPROXIMATE,
-            "the work of adhesion that a relaxed body without memory would need for this pull; a number for comparison, not a property of the "
-            "surfaces",
-            SOURCES["maugis"],
-            everywhere,
-            # F grows at least like the root of the work
-            np.array([min(2.0 * errors["largest_pull"] + _WORK_TOLERANCE, 1.0)]),
-        )
-    except PymdrError as why:
-        values["effective_work"] = math.nan
-        claims["effective_work"] = Claim(
-            Level.NOT_VALID, f"no elastic contact has this pull: {why}", SOURCES["maugis"], ~everywhere
-        )
+    values["effective_work"], claims["effective_work"] = _effective_work(
+        elastic, pull, errors["largest_pull"]
+    )
     return TackPullOff(
         data=single(values),
         claims=claims,
@@ -291,6 +283,26 @@ def _read(
         references=("popov-hess", "haiat-barthel", "maugis"),
         result=result,
     )
+
+
+def _effective_work(elastic: ElasticPulls | None, pull: float, error: float) -> tuple[float, Claim]:
+    """Work of adhesion in J/m^2 of a relaxed body with a pull in N of a relative error, and its claim."""
+    everywhere, source = np.ones(1, dtype=bool), SOURCES["maugis"]
+    try:
+        if elastic is None:
+            raise ProblemError("the bodies flow at rest, and a relaxed contact does not exist")
+        work = elastic.work(pull)
+    except PymdrError as why:
+        return math.nan, Claim(
+            Level.NOT_VALID, f"no elastic contact has this pull: {why}", source, ~everywhere
+        )
+    reason = (
+        "the work of adhesion that a relaxed body without memory would need for this pull; a number for comparison, not a property of the "
+        "surfaces"
+    )
+    # F grows at least like the root of the work
+    errors = np.array([min(2.0 * error + _WORK_TOLERANCE, 1.0)])
+    return work, Claim(Level.APPROXIMATE, reason, source, everywhere, errors)
 
 
 def relaxed_contact(contact: Contact, modulus: float, work: float | None = None) -> Contact:

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, ClassVar, TypedDict, Unpack
 
 import numpy as np
 
 from pymdr.errors import ProblemError
-from pymdr.interpretation.validity import Claim, Level
+from pymdr.interpretation.validity import SOURCES, Claim, Level
+from pymdr.mapping.relaxation import Relaxation
 from pymdr.problem.contact import Contact
 from pymdr.problem.options import with_options
 from pymdr.result import Result
 from pymdr.solving.edge_work import EdgeWork, edge_work_of
-from pymdr.solving.memory import relaxation_along
+from pymdr.solving.memory import powers_of, relaxation_along
 from pymdr.solving.pulloff import adhesive, elastic_pull_off, unit_of
 from pymdr.solving.retraction import TackTest, dwell_of_test, speed_of_test, stiffness_of_test
 from pymdr.solving.study import Column, Study, dataset
@@ -68,8 +70,6 @@ class PullOffCurve(Study):
     Over ``speed`` (m/s) and ``dwell`` (s): largest_pull (N), largest_pull_indentation and largest_pull_radius (m), effective_work
     (J/m^2), external_work (J), and the last stable state; ``slow_limit`` (N) of the relaxed body, and ``fast_limit`` (N) over ``dwell``.
     """
-    edge: EdgeWork
-    """Energy release rate of the receding edge over its speed in all tests, beside the formula of a short zone."""
     results: tuple[Result, ...]
     """The whole tests, over speeds and within these over dwells."""
     subject: ClassVar = "a curve of pull-off"
@@ -80,8 +80,16 @@ class PullOffCurve(Study):
     }
     summary_claims: ClassVar = ("largest_pull", "effective_work", "external_work")
 
+    @property
+    def edge(self) -> EdgeWork:
+        """Energy release rate of the receding edge over its speed in all tests, beside the formula of a short zone."""
+        first = self.results[0]
+        return edge_work_of(self.results, relaxation_along(first.contact, first.path))
+
     def groups(self) -> dict[str, dict[str, float]]:
         """The limits of the largest pull."""
+        if not self.claims["slow_limit"].readable:
+            return {}
         return {"relaxed body, any speed": {"normal_force": float(self.data["slow_limit"])}}
 
     def _figure(self) -> Figure:
@@ -103,8 +111,8 @@ def pull_off_curve(
     """
     Pull-off of bodies with memory at all combinations of speeds and dwells, with its slow and fast limits.
 
-    The slow limit is the pull-off of the relaxed body; the fast one that of a retraction within 1e-3 of the shortest relaxation time
-    after the same approach and dwell, to which the body responds with its instantaneous modulus.
+    The slow limit is the pull-off of the relaxed body, if it does not flow at rest; the fast one that of a retraction within 1e-3 of the shortest relaxation time
+    after the same approach and dwell, to which the body responds with its instantaneous modulus; a PowerLawRheology has none.
 
     Parameters
     ----------
@@ -165,24 +173,20 @@ def pull_off_curve(
     approach = float(v.min()) if given is None else speed_of_test(given, "approach_speed")
     start = options.get("pressed_to"), options.get("preload")
     tests = [TackTest(float(one), float(time), approach) for one in v for time in times]
-    answers = tack_tests(contact, tests, stiffness, start, workers)
+    followed = partial(tack_tests, contact, stiffness=stiffness, start=start, workers=workers)
+    answers = followed(tests)
     relaxation = relaxation_along(contact, answers[0].result.path)
-    length = max(abs(one.travel) + abs(one.jump_in_indentation) + one.largest_pull_radius for one in answers)
-    at_once = max(length / (_AT_ONCE * float(relaxation.times.min())), float(v.max()))
-    fast = tack_tests(
-        contact, [TackTest(at_once, float(t), approach) for t in times], stiffness, start, workers
-    )
-    slow = elastic_pull_off(relaxed_contact(contact, relaxation.rubbery), machine_stiffness=stiffness)
-    data = _over_both(answers, (v, times), slow.largest_pull, [one.largest_pull for one in fast])
+    fast, of_fast = _fast_limit(answers, relaxation, tests[: times.size], followed)
+    slow, of_slow = _slow_limit(contact, relaxation, stiffness)
+    data = _over_both(answers, (v, times), slow, fast)
     claims = {
         name: _claim([one.claims[name] for one in answers]) for name in _NAMES if name in answers[0].claims
     }
-    claims["slow_limit"] = slow.claims["largest_pull"]
-    claims["fast_limit"] = _claim([one.claims["largest_pull"] for one in fast], _AT_ONCE)
+    claims["slow_limit"] = of_slow
+    claims["fast_limit"] = of_fast
     widest = max(answers, key=lambda one: max((each.measure for each in one.assumptions), default=0.0))
     return PullOffCurve(
         data=data,
-        edge=edge_work_of([one.result for one in answers], relaxation),
         results=tuple(one.result for one in answers),
         claims=claims,
         assumptions=widest.assumptions,
@@ -190,6 +194,35 @@ def pull_off_curve(
         contact=contact,
         references=("popov-hess", "haiat-barthel", "maugis"),
     )
+
+
+def _fast_limit(
+    answers: list[TackPullOff],
+    relaxation: Relaxation,
+    tests: list[TackTest],
+    followed: Callable[[list[TackTest]], list[TackPullOff]],
+) -> tuple[list[float], Claim]:
+    """The largest pulls in N of tests that are repeated so fast that the bodies do not relax in the retraction, and their claim."""
+    assert answers[0].contact is not None
+    if powers_of(answers[0].contact):
+        why = "a power of time has no shortest relaxation time"
+        return [math.nan] * len(tests), _no_limit(why, len(tests))
+    length = max(abs(one.travel) + abs(one.jump_in_indentation) + one.largest_pull_radius for one in answers)
+    speed = max(length / (_AT_ONCE * float(relaxation.times.min())), *(one.speed for one in answers))
+    fast = followed([test._replace(speed=speed) for test in tests])
+    return [one.largest_pull for one in fast], _claim([one.claims["largest_pull"] for one in fast], _AT_ONCE)
+
+
+def _slow_limit(contact: Contact, relaxation: Relaxation, stiffness: float) -> tuple[float, Claim]:
+    """The largest pull in N of the relaxed body under a machine stiffness in N/m, and its claim."""
+    if relaxation.rubbery > 0.0:
+        slow = elastic_pull_off(relaxed_contact(contact, relaxation.rubbery), machine_stiffness=stiffness)
+        return slow.largest_pull, slow.claims["largest_pull"]
+    return math.nan, _no_limit("the bodies flow at rest: a relaxed contact does not exist", 1)
+
+
+def _no_limit(reason: str, count: int) -> Claim:
+    return Claim(Level.NOT_VALID, reason, SOURCES["haiat-barthel"], np.zeros(count, dtype=bool))
 
 
 def _several(values: ArrayQuantityLike, unit: str, name: str) -> FloatArray:

@@ -33,11 +33,12 @@ def pull_off_speeds(data: xr.Dataset, tests: Sequence[xr.Dataset]) -> draw.Figur
     along, other = (
         ("dwell", "speed") if data.sizes["speed"] == 1 < data.sizes["dwell"] else ("speed", "dwell")
     )
-    with draw.new_figure(13.2, 4.0) as figure:
-        loops, pulls, work = figure.subplots(1, 3)
+    known = [name for name in ("largest_pull", "effective_work") if data[name].notnull().any()]
+    with draw.new_figure(4.4 * (1 + len(known)), 4.0) as figure:
+        loops, *panels = figure.subplots(1, 1 + len(known))
         _draw_tests(loops, data["speed"].values, tests)
-        _draw(pulls, data, "largest_pull", along, other)
-        _draw(work, data, "effective_work", along, other)
+        for axes, name in zip(panels, known, strict=True):
+            _draw(axes, data, name, along, other)
     return figure
 
 
@@ -70,7 +71,7 @@ def _draw(axes: draw.Axes, data: xr.Dataset, name: str, along: str, other: str) 
     values = (-data[name] if pulls else data[name]).transpose(other, along).values
     x = data[along].values
     x_unit, unit = good_unit(x, "m/s" if along == "speed" else "s"), good_unit(values, data[name].units)
-    rows = _some(data.sizes[other])
+    rows, has_fast = _some(data.sizes[other]), data["fast_limit"].notnull().any()
     shown_x = np.asarray(from_si(x, "m/s" if along == "speed" else "s", x_unit))
     for k, row in enumerate(rows):
         value = float(data[other].values[row])
@@ -79,13 +80,13 @@ def _draw(axes: draw.Axes, data: xr.Dataset, name: str, along: str, other: str) 
         style: dict[str, Any] = {"color": _COLOURS[k % 3], "ls": ("-", "--")[k // 3], "lw": 1.4, "ms": 3.5}
         few = "o" if x.size <= draw.MARKED_ROWS else None
         axes.plot(shown_x, y, marker=few, label=f"{other} {at}", **style)
-        if pulls and other == "dwell":
+        if pulls and other == "dwell" and has_fast:
             fast = float(from_si(-float(data["fast_limit"].values[row]), "N", unit))
             axes.axhline(fast, color=_COLOURS[k % 3], ls=":", lw=1.0, label="fast limit" if k == 0 else None)
-    if pulls and along == "dwell":
+    if pulls and along == "dwell" and has_fast:
         fast = from_si(-data["fast_limit"].values, "N", unit)
         axes.plot(shown_x, fast, color=draw.GREY, ls=":", lw=1.2, label="fast limit")
-    if pulls:
+    if pulls and data["slow_limit"].notnull():
         slow = float(from_si(-float(data["slow_limit"]), "N", unit))
         axes.axhline(slow, color=draw.GREY, ls="--", lw=1.0, label="slow limit")
     if x.size > 1 and x.min() > 0.0:
