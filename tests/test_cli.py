@@ -386,6 +386,7 @@ KEYS = {
     "loops",
     "impact",
     "study",
+    "preceding_studies",
     "fit",
     "curves",
     "written",

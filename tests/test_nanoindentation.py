@@ -333,8 +333,10 @@ def test_the_command_evaluates_and_calibrates(tmp_path, shell):
     for options in (["--area", "24.5 900, 2000", *frame], ["--area-table", table, *frame], areas):
         status, out, error = shell("nanoindent", file, *options, *common)
         assert (status, error) == (0, "")
-        study = json.loads(out)["study"]
+        answer = json.loads(out)
+        study = answer["study"]
         assert study["procedure"]["values"] == ["power_law", "effective_shape"]
+        assert list(answer["preceding_studies"] or ()) == (["area"] if options is areas else [])
         np.testing.assert_allclose(study["young_modulus"]["values"], 100e9, rtol=0.03)
     assert {one.name for one in (tmp_path / "out").iterdir()} == {
         "area.csv",

@@ -254,6 +254,7 @@ def _report(
             status="COMPLETED",
             rows=next(iter(study.data.sizes.values())),
             study=columns_of(study),
+            preceding_studies={name: columns_of(one) for name, one in studies[:-1]} or None,
             references=list(study.cite()),
             **validity_of(study),
         )

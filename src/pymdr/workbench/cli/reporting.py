@@ -140,6 +140,7 @@ def report(command: str, case: Path, written: Sequence[Path] = (), **entries: An
         "loops": None,
         "impact": None,
         "study": None,
+        "preceding_studies": None,
         "fit": None,
         "curves": None,
         "written": [str(file) for file in written],

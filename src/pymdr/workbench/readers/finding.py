@@ -104,8 +104,6 @@ def records_of(
         As :func:`pymdr.read_curves`.
     """
     suffix = source.suffix.lower()
-    if not source.exists() and suffix not in suffixes():
-        raise _unknown(source)
     check_file(source)
     known = format_of(source)
     if known is not None:
