@@ -90,6 +90,7 @@ def run(
 def _run_one(
     case: Path, folder: Path, tables: Tables, figures: bool, quiet: bool, as_json: bool
 ) -> dict[str, Any]:
+    """Solve a case and write its files; the JSON report, or its status alone."""
     import logging
 
     import numpy as np
@@ -118,11 +119,13 @@ def _run_one(
                 studies["fatigue"] = fatigue_of(problem, result)
         for name, study in studies.items():
             written += write_study(study, folder, name, figures)
-    if not as_json and result.status.name in REFUSALS:
-        print_error(f"{case}: {result.status.name}: {result.status.value}")
-    if not quiet and not as_json:
-        summaries = [f"{name.replace('_', ' ')}:\n{study.summary()}" for name, study in studies.items()]
-        print_report(problem.title or str(case), "\n".join([result.summary(), *summaries]), written)
+    if not as_json:
+        if result.status.name in REFUSALS:
+            print_error(f"{case}: {result.status.name}: {result.status.value}")
+        if not quiet:
+            summaries = [f"{name.replace('_', ' ')}:\n{study.summary()}" for name, study in studies.items()]
+            print_report(problem.title or str(case), "\n".join([result.summary(), *summaries]), written)
+        return {"status": result.status.name}
     return report(
         "run",
         case,

@@ -112,10 +112,7 @@ def fit(
         with stages(quiet or as_json) as stage, at_work(workers, cluster) as workforce:
             fitted, written = _fitted(contact, curve, free, settings, workforce, stage, output)
         written += write_report(fitted, report_file, title or f"Fit of {case.stem}", settings)
-    references = list(fitted.cite())
-    report_answer(
-        "fit", case, title, fitted, written, quiet, as_json, references=references, **_plain(fitted)
-    )
+    report_answer("fit", case, title, fitted, written, quiet, as_json, lambda: _plain(fitted))
 
 
 def _fitted(
@@ -340,12 +337,14 @@ def _map(
 
 
 def _plain(fitted: FitResult | FittedMap | FittedCurves) -> dict[str, Any]:
-    """Rows and values for JSON."""
+    """References, rows and values for JSON."""
     from pymdr.solving.fits import FittedCurves, FittedMap
 
     if isinstance(fitted, FittedMap):
-        return _plain_map(fitted)
-    return _plain_each(fitted) if isinstance(fitted, FittedCurves) else _plain_fit(fitted)
+        plain = _plain_map(fitted)
+    else:
+        plain = _plain_each(fitted) if isinstance(fitted, FittedCurves) else _plain_fit(fitted)
+    return {"references": list(fitted.cite()), **plain}
 
 
 def _plain_each(fitted: FittedCurves) -> dict[str, Any]:

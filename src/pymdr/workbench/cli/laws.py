@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -46,12 +46,12 @@ def law(
             title, exported = law_of_case(case, to, tolerance, tangential, springs)
             written = write_law(exported, folder, prefix, xlsx)
             written.append(write_figure(exported.plot(), folder / f"{prefix}.png"))
-    own = {
-        "rows": exported.table.knots.u.size,
-        "study": columns_of(exported),
-        "references": list(exported.cite()),
-    }
-    report_answer("law", case, title, exported, written, quiet, as_json, **own)
+
+    def own() -> dict[str, Any]:
+        rows = exported.table.knots.u.size
+        return {"rows": rows, "study": columns_of(exported), "references": list(exported.cite())}
+
+    report_answer("law", case, title, exported, written, quiet, as_json, own)
 
 
 def table(

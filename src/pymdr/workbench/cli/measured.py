@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -52,8 +52,11 @@ def loops(
     with failures_as_json("loops", record, as_json):
         study = measured_loops(_read_cycles(record), least=least)
         written = write_study(study, output, "loops")
-    rows, table = study.data.sizes["cycle"], table_of(study.data)
-    report_answer("loops", record, "", study, written, quiet, as_json, rows=rows, loops=table)
+
+    def own() -> dict[str, Any]:
+        return {"rows": study.data.sizes["cycle"], "loops": table_of(study.data)}
+
+    report_answer("loops", record, "", study, written, quiet, as_json, own)
 
 
 def fretting(

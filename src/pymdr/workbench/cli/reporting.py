@@ -253,15 +253,12 @@ def report_answer(
     written: Sequence[Path],
     quiet: bool,
     as_json: bool,
-    /,
-    **own: Any,
+    own: Callable[[], dict[str, Any]],
 ) -> None:
-    """Report a study; `own` are the entries of its JSON report beside its validity."""
+    """Report a study; `own` computes the other entries of its JSON report, and is called for JSON only."""
     if as_json:
-        validity = validity_of(study)
-        print_json(
-            report(command, case, written, **{"title": title, "status": "COMPLETED", **validity, **own})
-        )
+        entries = {"title": title, "status": "COMPLETED", **validity_of(study), **own()}
+        print_json(report(command, case, written, **entries))
     elif not quiet:
         print_report(title or str(case), study.summary(), written)
 
@@ -279,8 +276,11 @@ def report_study(
     with failures_as_json(command, case, as_json):
         title, study = make()
         written = write_study(study, output, command, animate=animate)
-    rows = next(iter(study.data.sizes.values()), 1)
-    report_answer(command, case, title, study, written, quiet, as_json, rows=rows, study=columns_of(study))
+
+    def own() -> dict[str, Any]:
+        return {"rows": next(iter(study.data.sizes.values()), 1), "study": columns_of(study)}
+
+    report_answer(command, case, title, study, written, quiet, as_json, own)
 
 
 def study_command(name: str) -> Callable[[Callable[..., tuple[str, Study]]], Callable[..., None]]:

@@ -83,13 +83,16 @@ def impact(
         title, contact = read_contact(case)
         study = collide(contact, mass=mass, speed=speeds[0], **given)
         written = write_study(study, output, "impact")
-    numbers = {
-        name: with_unit(value, quantity(name).unit)
-        for values in study.groups().values()
-        for name, value in values.items()
-    }
-    rows = study.data.sizes["step"]
-    report_answer("impact", case, title, study, written, quiet, as_json, rows=rows, impact=numbers)
+
+    def own() -> dict[str, Any]:
+        numbers = {
+            name: with_unit(value, quantity(name).unit)
+            for values in study.groups().values()
+            for name, value in values.items()
+        }
+        return {"rows": study.data.sizes["step"], "impact": numbers}
+
+    report_answer("impact", case, title, study, written, quiet, as_json, own)
 
 
 @study_command("yield")
