@@ -474,5 +474,5 @@ def _check_waves(value: Drive | Force) -> None:
         )
     if not np.all(value.frequency > 0.0):
         raise ProblemError(
-            f"{owner}.frequency = {shown(float(value.frequency.min()))} Hz; it must be above 0 Hz, a constant is its own key"
+            f"{owner}.frequency = {shown(float(value.frequency.min()))} Hz; it must be above 0 Hz; give a constant by its own key"
         )

@@ -133,7 +133,7 @@ def friction_foundation(
     u = np.atleast_1d(to_si_array(shift, "m", name="shift"))
     if d.shape != u.shape or d.ndim != 1 or d.size == 0:
         raise ProblemError(
-            f"friction_foundation: {d.size} indentations for {u.size} shifts; give as many of each"
+            f"friction_foundation: {d.size} indentations for {u.size} shifts; give the same number of each"
         )
     if isinstance(n, bool) or not isinstance(n, int) or n < 2:
         raise ProblemError(f"friction_foundation: n = {n!r} springs; a whole number of at least 2 is needed")

@@ -65,8 +65,8 @@ def active_set(problem: RingProblem, mesh: RingMesh, zones: Zones) -> RingState:
             wrong[: np.flatnonzero(wrong)[-1]] = False
         active = active ^ wrong
     raise ConvergenceError(
-        f"The active set of {active.size} rings did not converge: in the last one {int(active.sum())} are in contact, {count} of all "
-        f"wrongly assigned, at d = {metres(depth * problem.size)}. Try another number of rings."
+        f"The contact zone of {active.size} rings did not converge at d = {metres(depth * problem.size)} (last: {int(active.sum())} rings in "
+        f"contact, {count} on the wrong side). Use another number of rings."
     )
 
 

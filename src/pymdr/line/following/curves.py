@@ -225,7 +225,7 @@ def sampled_curve(s: ArrayLike, control: ArrayLike, energy: ArrayLike, touch: fl
     x, D, T = (np.array(v, dtype=np.float64) for v in (s, control, energy))
     if x.ndim != 1 or x.size < 2 or not (x.shape == D.shape == T.shape) or not np.all(np.diff(x) > 0.0):
         raise PathError(
-            "a curve needs at least 2 samples, equally many of every quantity, and an increasing parameter"
+            "a curve needs at least 2 samples, the same number of every quantity, and an increasing parameter"
         )
     if not (np.all(np.isfinite(D)) and np.all(np.isfinite(T))):
         raise PathError("samples of a curve must be finite")

@@ -80,7 +80,7 @@ class Worn(Profile):
             )
         if r.size < _FEWEST or h.shape != r.shape:
             raise ProblemError(
-                f"Worn: {r.size} radii and {h.size} depths; give as many of both, at least {_FEWEST}"
+                f"Worn: {r.size} radii and {h.size} depths; give the same number of each, at least {_FEWEST}"
             )
         if not r[0] >= 0.0 or not np.all(np.diff(r) > 0.0):
             raise ProblemError("Worn.radius must rise strictly from 0 m or more; sort the radii")
@@ -97,11 +97,11 @@ class Worn(Profile):
             return
         if x is None or g is None or x.shape != g.shape or x.size < _FEWEST:
             raise ProblemError(
-                f"Worn: spring_radius and spring_depth are needed both, with as many values, at least {_FEWEST}"
+                f"Worn: give both spring_radius and spring_depth, with the same number of values, at least {_FEWEST}"
             )
         if not x[0] >= 0.0 or np.any(np.diff(x) < 0.0) or np.any(np.diff(g) < 0.0):
             raise ProblemError(
-                "Worn: spring_radius, from 0 m or more, and spring_depth must not fall from spring to spring; the springs of a contact that is a disk do not"
+                "Worn: spring_radius (from 0 m or more) and spring_depth must not decrease from row to row, as in every contact on a disk; sort the rows"
             )
 
     @cached_property

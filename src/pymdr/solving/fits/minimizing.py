@@ -174,7 +174,7 @@ def refuse_unsettled(minimum: Minimum) -> None:
     ConvergenceError
     """
     if minimum.creeps:
-        raise ConvergenceError(f"fit: the search creeps: {minimum.message}, or give bounds in free")
+        raise ConvergenceError(f"fit: the search did not converge: {minimum.message}, or give bounds in free")
     if not minimum.settled:
         raise ConvergenceError(
             f"fit: the search did not converge in {minimum.trials} trials ({minimum.message.rstrip('.')}); check the columns "

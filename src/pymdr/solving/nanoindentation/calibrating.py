@@ -228,7 +228,9 @@ def tip_compliance(tip: Material, who: str) -> float:
 def check_factors(beta: float, epsilon: float | None, who: str) -> None:
     """Refuse values of beta and epsilon outside their limits."""
     if not 0.5 < to_si(beta, "", name="beta") < 2.0:
-        raise ProblemError(f"{who}: beta = {shown(beta)}; it lies near 1, such as 1.034 for a Berkovich tip")
+        raise ProblemError(
+            f"{who}: beta = {shown(beta)}; it must be above 0.5 and below 2, such as 1.034 for a Berkovich tip"
+        )
     if epsilon is not None and not 0.0 < to_si(epsilon, "", name="epsilon") <= 1.0:
         raise ProblemError(f"{who}: epsilon = {shown(epsilon)}; it must be above 0 and at most 1, or None")
 

@@ -176,7 +176,9 @@ def first_pop_in(
             f"{_WHO}: contact = {shown(contact)}; give Contact(Sphere('1 um'), sample, diamond)"
         )
     if contact is not None and (contact.adhesion is not None or contact.friction is not None):
-        raise ProblemError(f"{_WHO}: the contact has adhesion or friction; give it without")
+        raise ProblemError(
+            f"{_WHO}: the contact has adhesion or friction, which the analysis of pop-ins does not include; leave both out"
+        )
     searches = [
         _search(record, float(significance), who)
         for record, who in zip(listed, labels_of(listed, _WHO), strict=True)

@@ -301,5 +301,5 @@ def _claim(name: str, plain: dict[str, Any], count: int) -> Claim:
     where = np.array(plain["where"], dtype=bool)
     error = None if plain["error"] is None else np.array(plain["error"], dtype=float)
     if where.shape != (count,) or (error is not None and error.shape != (count,)):
-        raise FileError(f"the claim of {name} has another number of loads")
+        raise FileError(f"the claim of {name} has the wrong number of loads")
     return Claim(Level[plain["level"]], plain["reason"], plain["source"], where, error)

@@ -212,7 +212,7 @@ def patch_of(surface: Topography | RoughSurface, punch: bool = False) -> tuple[T
     missing = int(np.count_nonzero(surface.missing))
     if missing:
         raise ProblemError(
-            f"{_PREFIX}: {missing} of {surface.heights.size} heights are missing; fill them, or cut out a part that has all"
+            f"{_PREFIX}: {missing} of {surface.heights.size} heights are missing; fill them, or crop to a complete patch"
         )
     if min(surface.heights.shape) < _FEWEST:
         raise ProblemError(

@@ -246,7 +246,7 @@ def _calibrated(
     own, given = record.sensitivity, calibration.sensitivity
     if given is not None and own is None and force not in _SLOPES:
         raise ProblemError(
-            f"{where}: {record.maker}. It has forces or deflections without a sensitivity in m/V, which a given one could replace; leave "
+            f"{where}: {record.maker}. The file has no sensitivity in m/V that sensitivity= could replace; leave "
             "sensitivity out"
         )
     if given is not None and own is not None and given != own:
