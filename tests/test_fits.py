@@ -693,7 +693,8 @@ def test_a_search_along_a_valley_is_given_up():
     curve = mdr.MeasuredCurve(force=force + noise, travel=positions, spring_constant=spring)
     start = mdr.Contact(mdr.Paraboloid(radius), mdr.Elastic("3 MPa", 0.5), adhesion=mdr.DMT("0.3 mJ/m^2"))
     with pytest.raises(
-        mdr.ConvergenceError, match=r"did not converge: its last 80 trials.*body\.young and adhesion\.work; fix one"
+        mdr.ConvergenceError,
+        match=r"did not converge: its last 80 trials.*body\.young and adhesion\.work; fix one",
     ):
         mdr.fit(start, curve, ["body.young", "adhesion.work"])
 

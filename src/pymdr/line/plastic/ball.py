@@ -119,10 +119,10 @@ class Ball:
     def yield_pressure(self, largest: FloatArray) -> FloatArray:
         """P_Y in Pa after largest indentations in m."""
         # the indentation of the apparent ball over its radius, 1 - (R - M) / R
-        share = largest / self.radius
+        fraction = largest / self.radius
         if self.grown is not None:
-            share = 1.0 - (self.radius - largest) / self.grown(largest)
-        return np.asarray(yield_pressure(self.strength, share))
+            fraction = 1.0 - (self.radius - largest) / self.grown(largest)
+        return np.asarray(yield_pressure(self.strength, fraction))
 
     def yielded(self, largest: FloatArray) -> FloatArray:
         """1 where the ball has yielded, else 0."""
