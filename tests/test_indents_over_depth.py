@@ -88,6 +88,15 @@ def test_bad_records_are_refused():
     record = record_of_depth()
     with pytest.raises(mdr.ProblemError, match="harmonic"):
         mdr.continuous_stiffness({k: v for k, v in record.items() if k != "harmonic_stiffness"}, TIP)
+    without = {**record, "harmonic_stiffness": np.full(len(record["indentation"]), np.nan)}
+    both = mdr.continuous_stiffness([without, record], TIP, poisson=0.3, points=6)
+    alone = mdr.continuous_stiffness(record, TIP, poisson=0.3, points=6)
+    assert np.isnan(both["hardness"].values[0]).all()
+    assert np.array_equal(both["hardness"].values[1], alone["hardness"].values[0])
+    assert both.notes[0].startswith("indent 1: ")
+    substrate = mdr.Elastic("165 GPa", 0.22)
+    films = [mdr.film_modulus(one, "300 nm", substrate) for one in (both, alone)]
+    assert films[0]["young_modulus"].values == pytest.approx(films[1]["young_modulus"].values, nan_ok=True)
     part = np.sin(np.linspace(0.0, np.pi, 60))
     without_hold = mdr.MeasuredCurve(force=1e-3 * part, indentation=1e-7 * part, time=np.arange(60.0))
     with pytest.raises(mdr.ProblemError, match="hold"):

@@ -17,7 +17,7 @@ from pymdr.problem.profiles import AreaFunction
 from pymdr.solving.nanoindentation.analysing import Settings, differences, quantities
 from pymdr.solving.nanoindentation.arguments import Known, settings_of
 from pymdr.solving.nanoindentation.calibrating import DIAMOND, AreaCalibration
-from pymdr.solving.nanoindentation.records import Record, Records, labels_of, records_of
+from pymdr.solving.nanoindentation.records import Record, Records, attempted, numbered, records_of, refusals
 from pymdr.solving.nanoindentation.unloading import Peak, errors_of, noise_of
 from pymdr.solving.study import Column, Study, dataset
 from pymdr.units import FloatArray, QuantityLike, shown, written
@@ -80,6 +80,7 @@ class ContinuousStiffness(Study):
     claims_of_rows: ClassVar[bool] = False
     columns: ClassVar[Mapping[str, Column]] = {
         "indent": Column("indent", ""),
+        "record": Column("record", ""),
         "indentation": Column("h", "m"),
         "normal_force": Column("F", "N"),
         "stiffness": Column("S", "N/m"),
@@ -135,12 +136,13 @@ def continuous_stiffness(
     Returns
     -------
     ContinuousStiffness
-        Profiles with 95 % intervals, which contain the noise of the rows around each depth, the calibration, and the rate of a drift.
+        Profiles with 95 % intervals, which contain the noise of the rows around each depth, the calibration, and the rate of a drift. Of several
+        indents, those that cannot be evaluated are nan, and a note gives the reason.
 
     Raises
     ------
     ProblemError
-        If a record has no harmonic stiffness, too few rows, no valid depth, or an argument is outside its limits.
+        If no record has a harmonic stiffness, enough rows and a valid depth, or an argument is outside its limits.
 
     See Also
     --------
@@ -175,15 +177,16 @@ def continuous_stiffness(
     if epsilon is None:
         raise ProblemError(f"{_WHO}: epsilon = None; without an unloading a number is needed, such as 0.75")
     settings = settings_of(Known(area, frame_compliance, tip, poisson, beta, epsilon), (0.25, 0.98), _WHO)
-    profiles, notes = [], []
-    for record, who in zip(listed, labels_of(listed, _WHO), strict=True):
-        profile, refused = _profile(record, settings, points, who)
-        profiles.append(profile)
-        if refused:
-            notes.append(
-                f"indent {len(profiles)}: {refused} shallow points left out, where the noise is too large for a modulus"
-            )
-    return _study(profiles, notes, settings)
+    errors: dict[int, ProblemError] = {}
+    profiles = attempted(listed, _WHO, lambda _, record, who: _profile(record, settings, points, who), errors)
+    notes = refusals(errors, _WHO)
+    notes += [
+        f"indent {i}: {shallow} shallow points left out, where the noise is too large for a modulus"
+        for i, (_, shallow) in profiles.items()
+        if shallow
+    ]
+    known = [profiles[i][0] if i in profiles else () for i in range(1, len(listed) + 1)]
+    return _study(listed, known, notes, settings)
 
 
 def _profile(record: Record, settings: Settings, count: int, who: str) -> tuple[tuple[Point, ...], int]:
@@ -321,11 +324,15 @@ def _root(covariance: FloatArray) -> FloatArray:
 
 
 def _study(
-    profiles: Sequence[tuple[Point, ...]], notes: Sequence[str], settings: Settings
+    listed: Sequence[Record],
+    profiles: Sequence[tuple[Point, ...]],
+    notes: Sequence[str],
+    settings: Settings,
 ) -> ContinuousStiffness:
-    width = max(len(profile) for profile in profiles)
+    longest = max(profiles, key=len)
+    width = len(longest)
     columns: dict[str, FloatArray] = {}
-    for name in profiles[0][0].values:
+    for name in longest[0].values:
         values, half = (np.full((len(profiles), width), math.nan) for _ in range(2))
         for i, profile in enumerate(profiles):
             values[i, width - len(profile) :] = [point.values[name] for point in profile]
@@ -358,7 +365,7 @@ def _study(
                 for name, values in columns.items()
             },
             coords={
-                "indent": ("indent", np.arange(1, len(profiles) + 1), {"units": ""}),
+                **numbered(listed),
                 "point": ("point", np.arange(1, width + 1), {"units": ""}),
             },
             attrs={

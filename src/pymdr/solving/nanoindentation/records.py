@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from pymdr.units import FloatArray, shown, to_si_array
 if TYPE_CHECKING:
     import xarray as xr
 
+T = TypeVar("T")
 _FEWEST = 8
 _UNITS = {"indentation": "m", "normal_force": "N", "time": "s", "harmonic_stiffness": "N/m"}
 
@@ -156,3 +157,46 @@ def numbered(records: Sequence[Record]) -> dict[str, Any]:
     if len(records) == 1 or not any(one.name for one in records):
         return numbers
     return {**numbers, "record": ("indent", [one.name for one in records], {"units": ""})}
+
+
+def attempted(
+    records: Sequence[Record],
+    who: str,
+    evaluate: Callable[[int, Record, str], T],
+    errors: dict[int, ProblemError],
+) -> dict[int, T]:
+    """
+    What is evaluated of each record, by its number from 1.
+
+    Parameters
+    ----------
+    records : sequence of Record
+    who : str
+        For messages.
+    evaluate : callable
+        Called with the number, the record and its label.
+    errors : dict of int to ProblemError
+        Records in it are left out; those that cannot be evaluated are added.
+
+    Raises
+    ------
+    ProblemError
+        The first error, if no record can be evaluated.
+    """
+    results = {}
+    for number, (record, label) in enumerate(zip(records, labels_of(records, who), strict=True), 1):
+        if number not in errors:
+            try:
+                results[number] = evaluate(number, record, label)
+            except ProblemError as error:
+                errors[number] = error
+    if not results:
+        raise errors[min(errors)]
+    return results
+
+
+def refusals(errors: Mapping[int, ProblemError], who: str) -> list[str]:
+    """Notes of the records that cannot be evaluated."""
+    return [
+        f"{str(errors[number]).removeprefix(f'{who}, ')}; its numbers are nan" for number in sorted(errors)
+    ]

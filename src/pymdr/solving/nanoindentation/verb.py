@@ -23,7 +23,7 @@ from pymdr.solving.nanoindentation.analysing import (
 )
 from pymdr.solving.nanoindentation.arguments import Known, settings_of
 from pymdr.solving.nanoindentation.calibrating import DIAMOND, AreaCalibration
-from pymdr.solving.nanoindentation.records import Record, Records, labels_of, numbered, records_of
+from pymdr.solving.nanoindentation.records import Record, Records, attempted, numbered, records_of, refusals
 from pymdr.solving.nanoindentation.unloading import fit_limits, forces
 from pymdr.solving.study import Column, Study, dataset
 from pymdr.units import FloatArray, QuantityLike, written
@@ -184,40 +184,36 @@ def oliver_pharr(
     listed = records_of(records, _WHO)
     known = Known(area, frame_compliance, tip, poisson, beta, epsilon)
     settings = settings_of(known, fit_limits(fit_range, _WHO), _WHO)
-    indents, refusals = _evaluated(listed, settings)
+    indents, refused = _evaluated(listed, settings)
     evaluable = [number in indents for number in range(1, len(listed) + 1)]
     known_indents = tuple(indents.values())
     return Nanoindentation(
         data=_data(listed, np.array(evaluable), known_indents, settings),
         claims=_claims(np.repeat(evaluable, len(PROCEDURES)), settings),
         assumptions=_assumptions(known_indents),
-        notes=(*refusals, *_notes(indents)),
+        notes=(*refused, *_notes(indents)),
         references=("oliver-pharr", "pharr-bolshakov", "bolshakov-pharr", "popov-hess"),
         indents=known_indents,
     )
 
 
 def _evaluated(listed: Sequence[Record], settings: Settings) -> tuple[dict[int, Indent], list[str]]:
-    """The indents that can be evaluated, by their numbers, and why others cannot; if none can, the first reason is raised."""
-    labels = labels_of(listed, _WHO)
-    white: dict[int, float] = {}
-    indents: dict[int, Indent] = {}
+    """The indents that can be evaluated, by their numbers, and why others cannot."""
     errors: dict[int, ProblemError] = {}
-    for number, (record, who) in enumerate(zip(listed, labels, strict=True), 1):
-        try:
-            white[number] = whiteness(record, settings.frame, settings.limits, who)
-        except ProblemError as error:
-            errors[number] = error
-    for number, prior in zip(white, common_priors(list(white.values())), strict=False):
-        try:
-            indents[number] = evaluated(listed[number - 1], settings, labels[number - 1], prior)
-        except ProblemError as error:
-            errors[number] = error
-    if not indents:
-        raise errors[min(errors)]
-    return indents, [
-        f"{str(errors[number]).removeprefix(f'{_WHO}, ')}; its numbers are nan" for number in sorted(errors)
-    ]
+    white = attempted(
+        listed,
+        _WHO,
+        lambda _, record, who: whiteness(record, settings.frame, settings.limits, who),
+        errors,
+    )
+    priors = dict(zip(white, common_priors(list(white.values())), strict=True))
+    indents = attempted(
+        listed,
+        _WHO,
+        lambda number, record, who: evaluated(record, settings, who, priors[number]),
+        errors,
+    )
+    return indents, refusals(errors, _WHO)
 
 
 def _data(
