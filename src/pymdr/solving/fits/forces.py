@@ -10,8 +10,7 @@ from typing import Protocol, TypeAlias
 import numpy as np
 
 from pymdr.errors import ProblemError
-from pymdr.line.curves import ElasticLine, Line
-from pymdr.line.foundation import normal_force, states_at_depth
+from pymdr.line.curves import ElasticLine
 from pymdr.line.memory import (
     approach_and_retreat,
     divided,
@@ -19,19 +18,17 @@ from pymdr.line.memory import (
     follow_travels,
     tabulated,
 )
-from pymdr.line.shapes import ShapeLaw, shape_law
 from pymdr.line.soft.springs import FINE, ZoneLevel
 from pymdr.mapping.equivalent import equivalent_profile
-from pymdr.mapping.moduli import effective_moduli
 from pymdr.mapping.relaxation import Relaxation, relaxation_of
 from pymdr.numerics.graded import GradedTable
 from pymdr.problem.contact import Contact
-from pymdr.problem.profiles import Profile, Shape
+from pymdr.problem.profiles import Profile
 from pymdr.problem.profiles.curves import cubic_spline
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.fits.edges import EdgeForces
+from pymdr.solving.fits.elastic import LinearForces, elastic_forces
 from pymdr.solving.fits.touching import BoolArray, in_contact
-from pymdr.solving.mapped import map_to_line
 from pymdr.units import FloatArray, written
 
 _NODES, _LEAST, _SPRINGS = 256, 8, 300
@@ -40,7 +37,7 @@ _ROWS = 120
 _NARROWED, _BETWEEN = 2, 65
 """Refinements of a fold, and parameters of each: few calls, because each is slow."""
 _OUTWARD = 1.25 ** np.arange(12)
-_SAME, _WITHIN = 1e-9, 1.0 - 1e-9
+_SAME = 1e-9
 _POLISHED = 3
 
 
@@ -53,63 +50,6 @@ class Forces(Protocol):
 
     def at(self, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Force in N and stiffness in N/m in contact, at depths in m."""
-
-
-@dataclass(frozen=True)
-class ElasticForces:
-    """Forces of elastic bodies without adhesion."""
-
-    line: Line
-    fold: float = 0.0
-
-    @cached_property
-    def end(self) -> float:
-        """The depth in m at the end of the profile, beyond which the force is extrapolated along its tangent; inf without an end."""
-        return (
-            float(self.line.depth(np.array(_WITHIN * self.line.max_radius)))
-            if math.isfinite(self.line.max_radius)
-            else math.inf
-        )
-
-    def at(self, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Force in N and stiffness in N/m."""
-        states = states_at_depth(self.line, np.clip(depth, 0.0, self.end))
-        stiffness = self.line.stiffness(states.place)
-        return normal_force(self.line, states) + stiffness * np.maximum(depth - self.end, 0.0), stiffness
-
-    def over_root(self, r: FloatArray, span: float) -> tuple[FloatArray, FloatArray]:
-        """Force in N and its slope over r at the depths span r^2, in m."""
-        force, stiffness = self.at(span * r * r)
-        return force, stiffness * 2.0 * r * span
-
-    def radius(self, depth: FloatArray) -> FloatArray:
-        """Contact radius in m at depths in m."""
-        return np.asarray(states_at_depth(self.line, np.maximum(depth, 0.0)).contact_radius)
-
-
-@dataclass(frozen=True)
-class ShapeForces:
-    """Forces of elastic bodies whose profile is a pyramid or an elliptic paraboloid."""
-
-    law: ShapeLaw
-    modulus: float
-    """E* in Pa."""
-    fold: float = 0.0
-    end: float = math.inf
-
-    def at(self, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Force in N and stiffness in N/m."""
-        states = self.law.at(depth, np.zeros_like(depth))
-        return self.modulus * states.force, self.modulus * states.stiffness
-
-    def over_root(self, r: FloatArray, span: float) -> tuple[FloatArray, FloatArray]:
-        """Force in N and its slope over r at the depths span r^2, in m."""
-        force, stiffness = self.at(span * r * r)
-        return force, stiffness * 2.0 * r * span
-
-    def radius(self, depth: FloatArray) -> FloatArray:
-        """Longest distance in m of the edge of the contact from the apex at depths in m."""
-        return self.law.at(depth, np.zeros_like(depth)).longest
 
 
 @dataclass(frozen=True)
@@ -311,46 +251,26 @@ def forces_of(
         return EdgeForces(contact, time, compliance, zone)
     if time is not None and contact.is_viscoelastic:
         return RememberedForces(contact, time, compliance)
-    bare = bare_forces(contact, deepest)
-    if compliance == 0.0:
-        return bare
-    if isinstance(bare, AdhesiveForces):
+    if contact.adhesion is not None:
         return _adhesive(contact, rounded_up(deepest), compliance)
-    return OnMachine(bare, compliance, rounded_up(deepest))
+    bare = elastic_forces(contact)
+    return bare if compliance == 0.0 else OnMachine(bare, compliance, rounded_up(deepest))
 
 
-BareForces: TypeAlias = ElasticForces | ShapeForces | AdhesiveForces
+BareForces: TypeAlias = LinearForces | AdhesiveForces
 """Forces over depths of a contact without memory."""
 
 
 def bare_forces(contact: Contact, deepest: float) -> BareForces:
     """The forces of a contact without memory at depths up to one in m."""
-    if isinstance(contact.profile, Shape):
-        return _shape_forces(contact, contact.profile)
     if contact.adhesion is None:
-        return ElasticForces(_line_of(contact))
+        return elastic_forces(contact)
     return _adhesive(contact, rounded_up(deepest), 0.0)
-
-
-def _shape_forces(contact: Contact, shape: Shape) -> ShapeForces:
-    """The forces of a body that is not of revolution, if they are known and not only estimated."""
-    law = shape_law(shape)
-    if not law.known:
-        raise ProblemError(
-            f"fit: the force of {type(shape).__name__} is only bounded and estimated; fit a Pyramid or an EllipticParaboloid, or "
-            "azimuthal_mean(shape), whose force is a lower bound"
-        )
-    return ShapeForces(law, effective_moduli(contact.body, contact.counterbody).normal)
 
 
 def rounded_up(deepest: float) -> float:
     """A depth rounded up to one of a few values per decade, so that a branch is computed for many depths."""
     return float(10.0 ** (math.ceil(8.0 * math.log10(deepest)) / 8.0)) if deepest > 0.0 else deepest
-
-
-@lru_cache(maxsize=16)
-def _line_of(contact: Contact) -> Line:
-    return map_to_line(contact).line
 
 
 @lru_cache(maxsize=16)
