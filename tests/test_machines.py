@@ -343,6 +343,7 @@ def test_a_machine_without_contacts():
         (lambda: mdr.Drive("s", 0, 0, 1e-6, 0.0), "above 0 Hz"),
         (lambda: mdr.Spring({"a": 0}, 1), "the factor 0"),
         (lambda: mdr.Joint(BALL), "neither normal nor tangential"),
+        (lambda: mdr.Machine(None), "None is not a Mass"),
         (lambda: mdr.move(falling(), "-1 s"), "above 0 s"),
         (lambda: mdr.move(falling(), "1 s", steps=1), "from 2 to"),
         (lambda: mdr.move(falling(), "1 s", accuracy=0.0), "at least 1e-12"),
@@ -365,6 +366,13 @@ def test_what_is_refused(make, message):
 def test_contacts_that_a_machine_does_not_take(contact):
     with pytest.raises(mdr.ProblemError, match="move: "):
         mdr.move(mdr.Machine([mdr.Mass("a", 1)], [mdr.Joint(contact, "a")]), "1 s")
+
+
+@pytest.mark.parametrize("joint", [mdr.Joint(BALL, "a"), mdr.Joint(BALL, (), "a", indentation=1e-6)])
+def test_a_body_that_nothing_holds_flies_on(joint):
+    """Without stiffness there is no period, whether the contact never touches or has no friction."""
+    motion = mdr.move(mdr.Machine([mdr.Mass("a", 1.0, velocity=-1.0)], [joint]), 1.0, steps=2)
+    assert motion["position"].values[:, 0] == pytest.approx([0.0, -0.5, -1.0])
 
 
 def test_a_body_that_is_pulled_away_without_end_is_an_error():
@@ -418,6 +426,7 @@ def test_a_case_file_is_the_machine(tmp_path):
         ("bodes", 1, "unknown key"),
         ("bodies", [{"kind": "mas"}], "did you mean 'mass'"),
         ("bodies", [{"kind": "mass", "name": "b", "mas": 1}], "write mass="),
+        ("bodies", [{"kind": "mass", "name": "b"}], "key 'mass' is missing"),
         ("links", [{"kind": "joint", "contact": 1}], "all joints"),
         ("links", {"kind": "joint"}, "give one"),
     ):
@@ -453,6 +462,8 @@ def test_the_springs_of_a_joint_in_motion(tmp_path):
         motion.animate(tmp_path / "pad.gif", joint="pad")
     with pytest.raises(mdr.QuantityError):
         motion.animate(tmp_path / "pad.gif", rows=[51])
+    with pytest.raises(mdr.QuantityError, match="whole number"):
+        motion.animate(tmp_path / "pad.gif", rows=[0.5])
 
 
 CASE = """
@@ -488,6 +499,18 @@ def test_the_shell_moves_a_case(tmp_path, shell, monkeypatch):
     status, out, _ = shell("check", "ball.toml")
     assert status == 0
     assert "1 body and 1 link" in out
+    for right, wrong, message in (
+        ('"100 us"', '"-1 s"', "above 0 s"),
+        ('"100 us"', '"soon"', "cannot read 'soon'"),
+        ("steps = 20", "steps = 1", "from 2 to"),
+        ("steps = 20", "accuracy = 2", "below 1"),
+        ('"33 g"', '"0 g"', "above 0 kg"),
+    ):
+        (tmp_path / "wrong.toml").write_text(CASE.replace(right, wrong))
+        for command in ("check", "move"):
+            status, _, error = shell(command, "wrong.toml")
+            assert status == 1
+            assert message in error
     status, _, error = shell("run", "ball.toml")
     assert status != 0
     assert "use pymdr move" in error

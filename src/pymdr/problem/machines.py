@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, overload
 
@@ -370,7 +370,7 @@ class Machine(Value):
             ("links", Link, "Spring, Joint or Force"),
         ):
             values = getattr(self, key)
-            parts = (values,) if isinstance(values, Value) else tuple(values)
+            parts = tuple(values) if isinstance(values, Iterable) else (values,)
             for part in parts:
                 if not isinstance(part, kind):
                     raise ProblemError(f"Machine.{key}: {shown(part)} is not a {words}")

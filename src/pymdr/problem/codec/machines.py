@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -90,6 +91,12 @@ def _entry(where: str, entry: Mapping[str, Any], kinds: Mapping[str, type], cont
         if "contact" in arguments:
             raise CaseError(f"[{where}] contact: unknown key; all joints are the contact of the case")
         arguments["contact"] = contact
+    known = inspect.signature(kinds[kind]).parameters
+    missing = [
+        name for name, value in known.items() if value.default is value.empty and name not in arguments
+    ]
+    if missing and set(arguments) <= set(known):
+        raise CaseError(f"[{where}] key {missing[0]!r} is missing")
     try:
         return kinds[kind](**arguments)
     except (PymdrError, TypeError) as error:

@@ -141,8 +141,8 @@ class Motion(Study):
                 f"animate: there is no joint {shown(joint)}; known are {', '.join(joints) or 'none'}"
             )
         count = self.data.sizes["step"]
-        taken = np.linspace(0, count - 1, min(_FRAMES, count)).round() if rows is None else rows
-        frames = np.asarray(row_indices(list(map(int, taken)), count))
+        taken = np.linspace(0, count - 1, min(_FRAMES, count)).round().astype(int).tolist()
+        frames = np.asarray(row_indices(taken if rows is None else rows, count))
         contact = joints[name].contact
         radius = float(np.max(self.data["contact_radius"].sel(joint=name)))
         line = map_to_springs(contact).line

@@ -158,11 +158,13 @@ def _notes(system: System, run: Run) -> tuple[str, ...]:
     """The time that has to be compared with that of waves: bodies have no density here."""
     if not len(system.joints.curves):
         return ()
-    period, width = 2.0 * math.pi / fastest(system, run.fine), 2.0 * float(run.fine.joints[:, :, 4].max())
+    rate, width = fastest(system, run.fine), 2.0 * float(run.fine.joints[:, :, 4].max())
     if width == 0.0:
         return ("the bodies never touched",)
+    if rate == 0.0:
+        return ()
     return (
-        f"the shortest period is {written(period, 's', 3)}: waves are assumed to cross the widest contact, 2a = {metres(width)}, in "
+        f"the shortest period is {written(2.0 * math.pi / rate, 's', 3)}: waves are assumed to cross the widest contact, 2a = {metres(width)}, in "
         "much less; bodies have no density here",
     )
 
@@ -239,6 +241,20 @@ def move(machine: Machine, duration: QuantityLike, *, steps: int = 1000, accurac
     """
     if not isinstance(machine, Machine):
         raise ProblemError(f"move: {shown(machine)} is not a machine; give Machine(bodies, links)")
+    span = checked_span(duration, steps, accuracy)
+    system, run = _halved(machine, span, int(steps), float(accuracy))
+    return interpret(machine, system, run)
+
+
+def checked_span(duration: QuantityLike, steps: int = 1000, accuracy: float = 1e-3) -> float:
+    """
+    The duration in s of a motion.
+
+    Raises
+    ------
+    ProblemError
+        If it, the number of rows or the accuracy is outside its limits.
+    """
     span = to_si(duration, "s", name="duration")
     if not 0.0 < span < math.inf:
         raise ProblemError(f"move: duration = {shown(duration)}; it must be above 0 s and finite")
@@ -246,8 +262,7 @@ def move(machine: Machine, duration: QuantityLike, *, steps: int = 1000, accurac
         raise ProblemError(f"move: steps = {shown(steps)}; a whole number from 2 to {_MOST // 2} is needed")
     if not isinstance(accuracy, int | float) or not 1e-12 <= accuracy < 1.0:
         raise ProblemError(f"move: accuracy = {shown(accuracy)}; it must be at least 1e-12 and below 1")
-    system, run = _halved(machine, span, int(steps), float(accuracy))
-    return interpret(machine, system, run)
+    return span
 
 
 def _halved(machine: Machine, span: float, rows: int, accuracy: float) -> tuple[System, Run]:

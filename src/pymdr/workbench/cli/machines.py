@@ -40,9 +40,11 @@ def move(
 def check_machine(case: Path, quiet: bool, as_json: bool) -> None:
     """Validate a case of a machine and its contact; its claims are those of the motion."""
     from pymdr.solving.machines.assembling import map_contact
+    from pymdr.solving.machines.verb import checked_span
     from pymdr.workbench.casefile import read_machine_case
 
     read = read_machine_case(case)
+    checked_span(**read.options)
     for joint in read.machine.joints:
         map_contact(joint.contact)
     if as_json:
