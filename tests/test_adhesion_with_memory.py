@@ -300,6 +300,60 @@ def test_claims_hold_beside_eight_times_shorter_steps(monkeypatch, seed):
         assert np.all(np.abs(value - true) <= claimed * size + 1e-12 * size.max()), name
 
 
+@pytest.mark.parametrize("seed", first_of([*range(2, 10), *range(11, 14)], 0))
+def test_claims_hold_for_rows_beside_a_separation(monkeypatch, seed):
+    """Rows from a tenth to 1e-7 of the path on both sides of it: an error of 1 is that of a row within the error of the instant."""
+    from pymdr.line.soft.springs import ZoneLevel
+    from pymdr.solving import soft
+
+    rng = np.random.default_rng([31, seed])
+    moduli = 10.0 ** rng.uniform(-0.5, 1.0, int(rng.integers(1, 3)))
+    series = mdr.Prony(0.25, moduli, 10.0 ** rng.uniform(-1.0, 1.0, moduli.size))
+    parameter, work = 10.0 ** rng.uniform(-1.0, 1.0), 10.0 ** rng.uniform(-1.0, 0.5)
+    reach = work / (parameter / (9.0 / (2.0 * math.pi * work)) ** (1.0 / 3.0))
+    adhesive = mdr.Contact(
+        BALL, mdr.Viscoelastic(series, poisson=0.5), adhesion=mdr.MaugisDugdale(work, range=reach)
+    )
+    depth, speed = rng.uniform(0.2, 0.6), 10.0 ** rng.uniform(-1.0, 1.0)
+    span = depth + 3.0 * reach + 2.0
+
+    def retreat(depths):
+        path = mdr.indent(-reach, duration=1e-9) >> mdr.indent(depth, rate=speed, steps=6)
+        time = mdr.solve(adhesive, path)["time"].values[-1] + (depth - depths) / speed
+        return mdr.solve(adhesive, path >> mdr.Path(time=time, indentation=depths))
+
+    high, low = depth, depth - span
+    for _ in range(4):
+        depths = np.linspace(high, low, 21)[1:]
+        attached = retreat(depths)["cohesive_radius"].values[7:] > 0.0
+        row = int(np.argmin(attached))
+        low, high = depths[row], depths[row - 1] if row else high
+    beside = np.concatenate([np.logspace(-1.0, -7.0, 13), [0.0], -np.logspace(-7.0, -2.0, 6)])
+    depths = low + span * beside
+    depths = depths[depths < depth]
+    solved = retreat(depths)
+    monkeypatch.setattr(soft, "FINE", ZoneLevel(1.0 / 3.0, 72.0, 0.03 / 8.0, 0.002 / 8.0))
+    finer = retreat(depths)
+    known = solved.claims["normal_force"].error < 1.0
+    assert known[(solved["indentation"].values - low) > 1e-3 * span].all()
+    for name in ("normal_force", "contact_radius", "cohesive_radius", "elastic_energy", "surface_energy"):
+        value, true = solved[name].values, finer[name].values
+        claimed = solved.claims[name].error * np.abs(value) + 1e-12 * np.abs(value).max()
+        assert np.all((np.abs(value - true) <= claimed)[known]), name
+
+
+def test_a_wait_longer_than_any_dissipates_nothing():
+    """The rounding of a contact at rest, squared and times 1e60 relaxation times, was 1e28 of its energy."""
+    spent = []
+    for wait in (1e6, 1e20, 1e60):
+        stepper = mdr.Stepper(contact(2.0), 1.0)
+        stepper.advance(1.0, duration=10.0)
+        stepper.advance(1.0, duration=1e4)
+        stepper.advance(1.0, duration=wait)
+        spent.append(stepper.dissipated_energy)
+    assert spent[1:] == pytest.approx([spent[0]] * 2, rel=1e-14)
+
+
 @pytest.mark.parametrize("seed", first_of(range(30)))
 def test_coarse_rows_on_soft_machines_are_those_of_fine_rows(seed):
     """Retreats of machines softer than the contact, which part at once or pass a state of rest, in 16 times as many rows."""

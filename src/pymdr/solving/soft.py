@@ -64,6 +64,8 @@ _COMPARED = (
 )
 
 
+_OF_INSTANT = 3.0
+"""Error of the instant of a jump over its difference from those of two coarser levels, since values are singular before it."""
 _OF_ROWS = "work", "jump_dissipation"
 """Energies of each row alone."""
 
@@ -77,6 +79,8 @@ class ZoneRows:
     rough: dict[str, FloatArray]
     control: FloatArray
     """Machine stiffness in N/m equivalent to the control."""
+    time: FloatArray
+    """In s."""
 
 
 def solve_soft(task: Task) -> Result:
@@ -212,7 +216,8 @@ def _step(
             rows["indentation"] = np.where(separated, math.nan, rows["indentation"])
             rows["normal_force"] = np.where(separated, math.nan, control[1:])
     d, force = float(fine["indentation"][-1]), float(fine["normal_force"][-1])
-    return ZoneRows(fine, coarse, rough, np.full(free.size, k)), levels, channels_at(d, force, stiffness)
+    leg = ZoneRows(fine, coarse, rough, np.full(free.size, k), time[1:])
+    return leg, levels, channels_at(d, force, stiffness)
 
 
 def controls_of(
@@ -354,10 +359,25 @@ def _errors(rows: ZoneRows, columns: dict[str, FloatArray], balance: FloatArray)
     errors["jumped"] = np.zeros(differ.size)
     moved = {"indentation": np.isinf(rows.control), "normal_force": rows.control == 0.0}
     moved["travel"] = (rows.control > 0.0) & np.isfinite(rows.control)
-    errors = {name: np.where(differ, 1.0, error) for name, error in errors.items()}
+    unknown = differ | _beside_jumps(rows)
+    errors = {name: np.where(unknown, 1.0, error) for name, error in errors.items()}
     return {
         name: np.where(moved[name], 0.0, error) if name in moved else error for name, error in errors.items()
     }
+
+
+def _beside_jumps(rows: ZoneRows) -> np.ndarray:
+    """Rows that are nearer to a jump than the error of its instant, so that all levels may be on the same wrong side of it."""
+    beside = np.zeros(rows.time.size, dtype=bool)
+    fine, coarse, rough = (
+        one["jump_time"][np.isfinite(one["jump_time"])] for one in (rows.fine, rows.coarse, rows.rough)
+    )
+    if coarse.size and rough.size:
+        for instant in fine.tolist():
+            half, quarter = (float(one[np.argmin(np.abs(one - instant))]) for one in (coarse, rough))
+            error = _OF_INSTANT * (abs(instant - half) + 0.5 * abs(half - quarter))
+            beside |= np.abs(rows.time - instant) <= error
+    return beside
 
 
 def _difference(rows: ZoneRows, name: str) -> FloatArray:

@@ -57,8 +57,8 @@ _NODES = 2.5
     OUT_JUMP_LOSS,
     OUT_SPENT,
 ) = range(11)
-OUT_EVENT_D, OUT_EVENT_F, OUTPUTS = range(11, 14)
-"""Depth and force before the first attraction or separation in a row, nan without one, and the number of all outputs."""
+OUT_EVENT_D, OUT_EVENT_F, OUT_JUMP_TIME, OUTPUTS = range(11, 15)
+"""Depth and force before the first attraction or separation in a row, and time from its start to the first jump, nan without one; and their number."""
 LARGEST, MISSED = range(2)
 """Limits of a step: largest move of a and c, and largest difference from the extrapolated c, over c - a."""
 WANTED, RATE_A, RATE_C, KNOWN, ROW = range(5)
@@ -339,6 +339,8 @@ def fall(zone: Zone, out: FloatArray, vanishes: bool) -> int:
         load = 0.0
     call(zone.accept, None, (zone,))
     if jumped:
+        if out[OUT_JUMPED] == 0.0:
+            out[OUT_JUMP_TIME] = now[TIME]
         out[OUT_JUMPED] = 1.0
         out[OUT_JUMP_LOSS] += was - potential(zone, load)
     return DONE

@@ -275,6 +275,13 @@ def mean_products(x: float) -> tuple[float, float, float]:
     return square, 2.0 * (mean - square), 1.0 - 2.0 * mean + square
 
 
+@inner
+def beyond_rounding(value: float, other: float) -> float:
+    """A difference, 0 within the rounding of its terms: a long wait would multiply its square by many relaxation times."""
+    difference = value - other
+    return difference if abs(difference) > 4e-15 * abs(value) else 0.0
+
+
 @merged
 def spent_in_contact(zone: Zone, low: float) -> float:
     """Energy dissipated in a step in the springs that stay in contact, x < low, 2 int int sum e_j (w - v_j)^2 / tau_j dx dt."""
@@ -282,7 +289,8 @@ def spent_in_contact(zone: Zone, low: float) -> float:
     total = 0.0
     for j in range(body.shape[1]):
         x = body[RATE, j] * end[LENGTH]
-        e, before, to = zone.workspace[FADE, j], now[DEPTH] - edge[LAG, j], end[DEPTH] - after[LAG, j]
+        e, before = zone.workspace[FADE, j], now[DEPTH] - edge[LAG, j]
+        to = beyond_rounding(end[DEPTH], after[LAG, j])
         y, square = after[SUM_BEFORE, j], after[SQUARES_BEFORE, j]
         w0, w01, w1 = mean_products(x)
         total += (
@@ -313,8 +321,10 @@ def spent_at(zone: Zone, i: int) -> float:
     crossing = (a0 - x) / (a0 - a1) if was != stays else 0.0
     before = crossing * length if was != stays else length
     last = length - before
-    q0 = -2.0 * end[SIGMA] * math.sqrt(max((now[OUTER] - x) * (now[OUTER] + x), 0.0))
-    q1 = -2.0 * end[SIGMA] * math.sqrt(max((end[OUTER] - x) * (end[OUTER] + x), 0.0))
+    # with the rounding of `pulled`
+    first, change = now[OUTER] ** 2 - x * x, end[OUTER] ** 2 - now[OUTER] ** 2
+    q0 = -2.0 * end[SIGMA] * math.sqrt(max(first, 0.0))
+    q1 = -2.0 * end[SIGMA] * math.sqrt(max(first + change, 0.0))
     w = now[DEPTH] + crossing * (end[DEPTH] - now[DEPTH]) - zone.profile[0, i]
     total = 0.0
     for j in range(n):
@@ -336,7 +346,7 @@ def spent_at(zone: Zone, i: int) -> float:
         begin = now[DEPTH] - zone.edge[LAG, j] - entry if was else body[PARTICIPATION, j] * q0 - rate * entry
         weight = body[FRACTION, j] * rate if was else 1.0
         if was == stays:
-            to = body[PARTICIPATION, j] * q1 - rate * workspace[HERE, j]
+            to = beyond_rounding(body[PARTICIPATION, j] * q1, rate * workspace[HERE, j])
             p, both, q = mean_products(rate * length)
             total += 2.0 * weight * length * (p * begin * begin + both * begin * to + q * to * to)
             continue
@@ -350,9 +360,9 @@ def spent_at(zone: Zone, i: int) -> float:
         begin = speed if was else workspace[BEFORE, j]
         rate = body[DECAY, j] if was else body[RATE, j]
         weight = 1.0 if was else body[FRACTION, j] * rate
-        to = body[PARTICIPATION, j] * q1 - rate * workspace[HERE, j]
+        to = beyond_rounding(body[PARTICIPATION, j] * q1, rate * workspace[HERE, j])
         if not was:
-            to = end[DEPTH] - zone.after[LAG, j] - workspace[HERE, j]
+            to = beyond_rounding(end[DEPTH], zone.after[LAG, j]) - workspace[HERE, j]
         p, both, q = mean_products(rate * last)
         total += 2.0 * weight * last * (p * begin * begin + both * begin * to + q * to * to)
     return total
@@ -365,10 +375,8 @@ def spent_at_edge(zone: Zone) -> float:
     total = 0.0
     for j in range(body.shape[1]):
         x, y = body[RATE, j] * end[LENGTH], zone.workspace[ENTRY, j]
-        begin, to = (
-            now[DEPTH] - zone.edge[LAG, j] - y,
-            end[DEPTH] - zone.after[LAG, j] - zone.workspace[FADE, j] * y,
-        )
+        begin = now[DEPTH] - zone.edge[LAG, j] - y
+        to = beyond_rounding(end[DEPTH], zone.after[LAG, j]) - zone.workspace[FADE, j] * y
         p, both, q = mean_products(x)
         total += 2.0 * body[FRACTION, j] * x * (p * begin * begin + both * begin * to + q * to * to)
     return total

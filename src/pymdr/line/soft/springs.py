@@ -228,7 +228,7 @@ class ZoneSprings:
         if now[kernels.OUTER] == 0.0 and not by_force:
             now[kernels.DEPTH] = control[0] / self._unit
         out = np.zeros((time.size - 1, driver.OUTPUTS))
-        out[:, driver.OUT_EVENT_D] = math.nan
+        out[:, [driver.OUT_EVENT_D, driver.OUT_JUMP_TIME]] = math.nan
         spans = np.diff(time)
         scaled = control.astype(float) / (load if by_force else self._unit)
         zone = driver.addressed(self._zone)
@@ -265,5 +265,8 @@ class ZoneSprings:
             "body_dissipation": (driver.OUT_SPENT, energy),
             "event_depth": (driver.OUT_EVENT_D, self._unit),
             "event_force": (driver.OUT_EVENT_F, load),
+            "jump_time": (driver.OUT_JUMP_TIME, 1.0),
         }
-        return {name: unit * out[:, column] for name, (column, unit) in units.items()}
+        columns = {name: unit * out[:, column] for name, (column, unit) in units.items()}
+        columns["jump_time"] += time[:-1]
+        return columns
