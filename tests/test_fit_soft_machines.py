@@ -75,8 +75,8 @@ def branch_of(law, young, work, machine, deepest):
     return travel[lowest:], force[lowest:]
 
 
-def residuals_of(law, numbers, record):
-    """Residuals in noises; the record decides which samples near the jumps are in contact, one jump in and one out."""
+def compared(law, numbers, record):
+    """Residuals in noises, and the samples in contact: near the jumps the record decides, one jump in and one out."""
     travel, measured, machine, noise = record
     young, work, left = math.exp(numbers[0]), math.exp(numbers[1]), measured - numbers[3] * noise
     path, force = branch_of(law, young, work, machine, 1.2 * float(np.ptp(travel)))
@@ -87,17 +87,18 @@ def residuals_of(law, numbers, record):
     first = deepest - int(np.argmax(np.append(0.0, np.cumsum(gain[:deepest][::-1]))))
     last = deepest + int(np.argmax(np.append(0.0, np.cumsum(gain[deepest + 1 :]))))
     within = (np.arange(x.size) >= first) & (np.arange(x.size) <= last) & (x >= 4.0 * path[0])
-    return np.where(certain | within, left - model, left) / noise
+    touches = certain | within
+    return np.where(touches, left - model, left) / noise, touches
 
 
-def least_at(law, start, fixed, record):
+def least_at(law, start, fixed, record, used=slice(None)):
     """The least sum of squares near a start with some of the numbers fixed, in variances of the noise."""
     free = np.delete(np.arange(4), fixed)
 
     def residuals(some):
         numbers = start.copy()
         numbers[free] = some
-        return residuals_of(law, numbers, record)
+        return compared(law, numbers, record)[0][used]
 
     bounds = (start[free] - 9.0, start[free] + 9.0)
     end = least_squares(residuals, start[free], bounds=bounds, x_scale="jac", diff_step=1e-5, max_nfev=200)
@@ -132,3 +133,36 @@ def test_other_contacts_fit_the_records_that_determine_nothing(law):
         one = data.isel(curve=i)
         record = (one["travel"].values, one["force"].values, float(one["spring_constant"]), noise[i])
         assert is_flat(law, young[i], work[i], record), i
+
+
+def test_values_and_errors_are_those_of_the_profile_of_the_likelihood():
+    """Against closed forms and another search, without the samples adjacent to jumps."""
+    data, _, _, _ = records_of("jkr", np.random.default_rng(5), 64)
+    fitted = fitted_of("jkr", data)
+    size = {name: fitted[name].values for name in ("body.young", "adhesion.work")}
+    error = {name: fitted[f"{name}_error"].values / values for name, values in size.items()}
+    sure = (fitted["ending"].values == FITTED) & (error["body.young"] < 0.1) & (error["adhesion.work"] < 0.1)
+    sure &= fitted["correlated"].values < 1.2
+    for i in np.flatnonzero(sure)[: examples(12)]:
+        one = data.isel(curve=i)
+        noise, machine = float(fitted["noise"][i]), float(one["spring_constant"])
+        record = (one["travel"].values, one["force"].values, machine, noise)
+        young, work = (float(values[i]) for values in size.values())
+        path, _ = branch_of("jkr", young, work, machine, 1.2 * float(np.ptp(record[0])))
+        lost = (float(fitted["contact_point"][i]) + path[0]) / RADIUS
+        numbers = np.array([math.log(young), math.log(work), lost, float(fitted["baseline"][i]) / noise])
+        left, touches = compared("jkr", numbers, record)
+        off = np.ones(touches.size, dtype=bool)
+        for jump in np.flatnonzero(touches[1:] != touches[:-1]):
+            off[jump : jump + 2] = False
+        least, best = least_at("jkr", numbers, [], record, off)
+        assert float((left[off] ** 2).sum()) - least < 1e-2
+        for fixed, own in enumerate(error.values()):
+            roots = []
+            for side in (-1.0, 1.0):
+                start = best.copy()
+                start[fixed] += 0.5 * side * own[i]
+                grows = least_at("jkr", start, [fixed], record, off)[0] - least
+                roots.append(math.sqrt(max(grows, 0.0)))
+            # the errors contain the uncertainty of the spectrum of the noise
+            assert np.mean(roots) == pytest.approx(0.5, rel=0.2)
