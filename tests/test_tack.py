@@ -39,6 +39,10 @@ def test_after_a_long_dwell_the_pull_is_that_of_an_independent_solution(referenc
     assert test.largest_pull == pytest.approx(expected["F_min"], rel=2e-4)
     assert abs(test.largest_pull / expected["F_min"] - 1.0) < 2.0 * float(claim.error[0]) + 1e-5
     assert test.indentation == pytest.approx(expected["d_lost"], abs=1e-3)
+    # the reference knows the depth of the flat minimum to 2e-3
+    bound = float(test.claims["largest_pull_indentation"].error[0]) * abs(test.largest_pull_indentation)
+    assert abs(test.largest_pull_indentation - expected["d_at_F_min"]) < bound + 2e-3
+    assert 0.0 < bound < 0.1
     rows = test.result
     lowest = int(np.argmin(rows["normal_force"].values))
     assert test.largest_pull_radius == float(rows["contact_radius"][lowest])

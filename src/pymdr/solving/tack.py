@@ -229,6 +229,15 @@ def _read(
         value = at(name, last)
         return abs((value - at(name, last - 1)) / value) if value != 0.0 else 0.0
 
+    # the largest pull is in a row, or beside one, whose force differs from the lowest by less than its error
+    alike = np.flatnonzero(retracted & (force <= force[lowest] * (1.0 - error("normal_force", lowest))))
+    beside = np.clip([alike[0] - 1, alike[-1] + 1], 0, last)
+
+    def spread(name: str) -> float:
+        """The relative error of a value at the largest pull, whose place is known to some rows."""
+        off = float(np.max(np.abs(rows[name].values[beside] - at(name, lowest))))
+        return error(name, lowest) + (off / max(abs(at(name, lowest)), off) if off > 0.0 else 0.0)
+
     bend = force[max(lowest - 1, 0)] - 2.0 * force[lowest] + force[min(lowest + 1, last)]
     missed = abs(float(bend / force[lowest]))
     travel = "travel" if "travel" in rows else "indentation"
@@ -260,8 +269,8 @@ def _read(
         "jump_in_force": error("normal_force", first),
         "jump_in_radius": error("contact_radius", first),
         "largest_pull": error("normal_force", lowest) + missed,
-        "largest_pull_indentation": error("indentation", lowest),
-        "largest_pull_radius": error("contact_radius", lowest),
+        "largest_pull_indentation": spread("indentation"),
+        "largest_pull_radius": spread("contact_radius"),
         "external_work": error("external_work", rows.sizes["step"] - 1),
     }
     everywhere = np.ones(1, dtype=bool)
