@@ -28,6 +28,7 @@ ALL = (
     "stepping",
     "stress",
     "nanoindentation",
+    "fits",
 )
 
 parser = argparse.ArgumentParser(description=__doc__)
