@@ -154,15 +154,12 @@ def tables() -> Iterator[Ratio]:
 
     tabulated_curves(sphere, 0.9, MODULUS)
     count = sum(d.size for d in targets)
-    build, radii = median_times(
-        partial(tabulated_curves, lambda d: np.sqrt(d * (2.0 - d)), 0.9, MODULUS),
-        partial(time.sleep, 1e-6 * count),
-    )
+    (build,) = median_times(partial(tabulated_curves, lambda d: np.sqrt(d * (2.0 - d)), 0.9, MODULUS))
     yield Ratio(
         "the table of a sphere",
         "its radii at 1 us each",
         build,
-        radii,
+        1e-6 * count,
         "aim 30 ms together",
         f"{count} radii",
     )
