@@ -83,5 +83,6 @@ def _draw_terms(
         axes.plot(times, size, "o", color=draw.BLUE, ms=4, label="moduli")
     if level > 0.0:
         axes.axhline(level, color=draw.ORANGE, lw=1.0, ls="--", label="equilibrium")
-    axes.set_xlim(*span)
+    # terms at the ends of the span are drawn whole
+    axes.set_xlim(0.7 * span[0], span[1] / 0.7)
     axes.set(xlabel="relaxation time (s)", ylabel=f"modulus of the term ({unit})")

@@ -33,9 +33,10 @@ def wear_study(data: xr.Dataset, surface: xr.Dataset) -> draw.Figure:
         shape, pressed, volume, radii = figure.subplots(2, 2).ravel()
         r, f = surface["r"].values, surface["profile"].values
         unit, high = good_unit(r, "m"), good_unit(f, "m")
-        rows = _telling_rows(data["worn_volume"].values)
+        rows = _distinct_rows(data["worn_volume"].values)
         for row, colour in zip(rows, colormaps["viridis"](np.linspace(0.0, 0.85, len(rows))), strict=True):
-            label = f"{data['cycles'].values[row]:.3g} cycles"
+            rounded = float(f"{data['cycles'].values[row]:.3g}")
+            label = f"{rounded:g} cycles"
             x = draw.lengths(r[row], unit)
             shape.plot(x, draw.lengths(f[row], high), color=colour, lw=1.4, label=label)
             pressed.plot(x, surface["pressure"].values[row] * 1e-6, color=colour, lw=1.4, label=label)
@@ -101,7 +102,7 @@ def compared_wear(table: xr.Dataset, curves: xr.Dataset, surface: xr.Dataset) ->
     return figure
 
 
-def _telling_rows(volume: np.ndarray) -> list[int]:
+def _distinct_rows(volume: np.ndarray) -> list[int]:
     """Rows whose worn volumes are spaced evenly."""
     wanted = np.linspace(volume[0], volume[-1], _SHOWN)
     return sorted({int(np.argmin(np.abs(volume - v))) for v in wanted})
