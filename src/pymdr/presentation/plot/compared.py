@@ -188,7 +188,7 @@ def _draw_cuts(
                 draw.scaled(hertz[axis].values, "pressure", p_unit),
             )
             both = np.concatenate([-r[::-1], r]), np.concatenate([p[::-1], p])
-            panel.plot(*both, color=colour, lw=1.2, label="Hertz")
+            panel.plot(*both, color=colour, lw=1.2, label=f"Hertz, along ${axis}$")
     bearing = pressures.where(pressures > 0.0, drop=True)
     ends = np.concatenate([bearing[axis].values - _apex(pressures, axis) for axis in ("x", "y")])
     half = 1.15 * float(draw.lengths(np.abs(ends).max(keepdims=True), unit)[0])
