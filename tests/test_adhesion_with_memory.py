@@ -310,15 +310,15 @@ def test_claims_hold_for_rows_beside_a_separation(monkeypatch, seed):
     moduli = 10.0 ** rng.uniform(-0.5, 1.0, int(rng.integers(1, 3)))
     series = mdr.Prony(0.25, moduli, 10.0 ** rng.uniform(-1.0, 1.0, moduli.size))
     parameter, work = 10.0 ** rng.uniform(-1.0, 1.0), 10.0 ** rng.uniform(-1.0, 0.5)
-    reach = work / (parameter / (9.0 / (2.0 * math.pi * work)) ** (1.0 / 3.0))
+    extent = work / (parameter / (9.0 / (2.0 * math.pi * work)) ** (1.0 / 3.0))
     adhesive = mdr.Contact(
-        BALL, mdr.Viscoelastic(series, poisson=0.5), adhesion=mdr.MaugisDugdale(work, range=reach)
+        BALL, mdr.Viscoelastic(series, poisson=0.5), adhesion=mdr.MaugisDugdale(work, range=extent)
     )
     depth, speed = rng.uniform(0.2, 0.6), 10.0 ** rng.uniform(-1.0, 1.0)
-    span = depth + 3.0 * reach + 2.0
+    span = depth + 3.0 * extent + 2.0
 
     def retreat(depths):
-        path = mdr.indent(-reach, duration=1e-9) >> mdr.indent(depth, rate=speed, steps=6)
+        path = mdr.indent(-extent, duration=1e-9) >> mdr.indent(depth, rate=speed, steps=6)
         time = mdr.solve(adhesive, path)["time"].values[-1] + (depth - depths) / speed
         return mdr.solve(adhesive, path >> mdr.Path(time=time, indentation=depths))
 

@@ -149,8 +149,8 @@ def test_values_and_errors_are_those_of_the_profile_of_the_likelihood():
         record = (one["travel"].values, one["force"].values, machine, noise)
         young, work = (float(values[i]) for values in size.values())
         path, _ = branch_of("jkr", young, work, machine, 1.2 * float(np.ptp(record[0])))
-        lost = (float(fitted["contact_point"][i]) + path[0]) / RADIUS
-        numbers = np.array([math.log(young), math.log(work), lost, float(fitted["baseline"][i]) / noise])
+        origin = (float(fitted["contact_point"][i]) + path[0]) / RADIUS
+        numbers = np.array([math.log(young), math.log(work), origin, float(fitted["baseline"][i]) / noise])
         left, touches = compared("jkr", numbers, record)
         off = np.ones(touches.size, dtype=bool)
         for jump in np.flatnonzero(touches[1:] != touches[:-1]):
