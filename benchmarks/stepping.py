@@ -160,7 +160,8 @@ def ratios() -> Iterator[Ratio]:
 def in_the_plane() -> Iterator[Ratio]:
     """Many contacts with springs that carry vectors, in one thread and two."""
     springs, steps = 32, 20
-    depth, x = np.stack(walk(CONTACTS * steps)).reshape(2, steps, CONTACTS)
+    # every contact along its own part of the walk; across the parts all steps would be wild
+    depth, x = np.stack(walk(CONTACTS * steps)).reshape(2, CONTACTS, steps).transpose(0, 2, 1)
     y = x[::-1]
 
     def moved(workers: int) -> None:
