@@ -169,6 +169,11 @@ def test_the_case_file_and_the_figures(tmp_path, shell):
         (lambda: mdr.Contact(BALL, RUBBER, adhesion=mdr.JKR(1.0)), ProblemError, "JKR.work, range="),
         (lambda: mdr.solve(short(1.0), at_rest()), ProblemError, "more than 0.2 of the contact"),
         (lambda: mdr.solve(short(20.0, profile=mdr.FlatPunch(1.0)), at_rest()), ProblemError, "sharp edge"),
+        (
+            lambda: mdr.solve(short(20.0, mdr.Viscoelastic(mdr.Maxwell(1.0, 1.0), 0.5)), at_rest()),
+            ProblemError,
+            "^solve: JKR.work, range=.* flows at rest",
+        ),
         (lambda: mdr.solve(short(20.0), mdr.load(-1.0, duration=1.0)), PathError, "cannot be pulled"),
         (
             lambda: mdr.solve(

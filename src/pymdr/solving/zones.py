@@ -107,7 +107,13 @@ def zone_setting(
 
 def short_springs(contact: Contact, relaxation: Relaxation, verb: str = "solve") -> ShortSprings:
     """The springs of a contact of bodies with E*(t) under adhesion of short range, in the name of a verb."""
-    refuse_flow(relaxation, verb)
+    refuse_rigid(relaxation, verb)
+    if relaxation.rubbery == 0.0:
+        raise ProblemError(
+            f"{verb}: JKR(work, range=...) moves the edge by the energy release rate of the relaxed body (Schapery 1975), on springs that share one "
+            "history because they relax before the edge reaches them; a body that flows at rest has neither. Use MaugisDugdale(work, range=...), which "
+            "follows it"
+        )
     law = contact.adhesion
     assert isinstance(law, JKR)
     assert law.range is not None
