@@ -48,18 +48,28 @@ def with_known_arguments(function: _Function) -> _Function:
     Traceback (most recent call last):
     TypeError: draw() got an unexpected keyword argument 'widht'; write width= (arguments: width)
     """
-    parameters = inspect.signature(function).parameters
-    if any(one.kind is one.VAR_KEYWORD for one in parameters.values()):
+    names = _names(function)
+    if names is None:
         return function
     title = function.__qualname__.removesuffix(".__init__").rpartition(".")[2]
 
     @wraps(function)
     def known(*args: Any, **keywords: Any) -> Any:
-        if not keywords.keys() <= parameters.keys():
-            refuse_unknown(title, keywords, [name for name in parameters if name not in ("self", "cls")])
+        if not keywords.keys() <= names.keys():
+            refuse_unknown(title, keywords, [name for name in names if name not in ("self", "cls")])
         return function(*args, **keywords)
 
     return cast(_Function, known)
+
+
+def _names(function: Any) -> dict[str, None] | None:
+    """The arguments of a function in order, without the time that a signature takes; None if it takes any keywords."""
+    if hasattr(function, "__signature__"):
+        return dict.fromkeys(function.__signature__.parameters)
+    code = inspect.unwrap(function).__code__
+    if code.co_flags & inspect.CO_VARKEYWORDS:
+        return None
+    return dict.fromkeys(code.co_varnames[: code.co_argcount + code.co_kwonlyargcount])
 
 
 def refuse_unknown(title: str, keywords: Iterable[str], names: Sequence[str]) -> None:
