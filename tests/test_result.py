@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 import pymdr as mdr
 from common import STEEL, UNIT
 from drawing import examples
+from pymdr.presentation.files import write_dataset
 from pymdr.solving import batch
 
 UREG = pint.LazyRegistry()
@@ -371,6 +372,27 @@ def test_a_folder_that_cannot_be_written_leaves_nothing(ball, tmp_path):
             ball.save(target)
     assert [p.name for p in tmp_path.iterdir()] == ["file"]
     assert (tmp_path / "file").read_text() == "precious"
+
+
+def test_all_types_of_values_are_written_as_by_xarray(tmp_path):
+    ours, other = tmp_path / "ours.nc", tmp_path / "other.nc"
+    columns = {
+        "yes": ("x", np.array([True, False]), {"units": "1"}),
+        "count": ("x", np.array([1, 2])),
+        "half": ("x", np.array([0.5, np.nan], dtype="f4")),
+        "text": ("x", np.array(["a", "\u00e9t\u00e9"])),
+        "object": ("x", np.array(["a", ""], dtype=object)),
+        "none": ("y", np.zeros(0)),
+        "pymdr_error_one": ((), 0.1),
+        "pymdr_error_each": ("x", np.array([0.1, np.nan])),
+    }
+    dataset = xr.Dataset(columns, coords={"x": [0.1, 0.2]}, attrs={"title": "all"})
+    write_dataset(dataset, ours)
+    dataset.to_netcdf(other, engine="h5netcdf")
+    with xr.open_dataset(ours) as first, xr.open_dataset(other) as second:
+        del first.attrs["pymdr_checksum"]
+        xr.testing.assert_identical(first.load(), dataset)
+        assert first.dtypes == second.load().dtypes
 
 
 def test_a_save_that_fails_keeps_the_old_file(ball, tmp_path, monkeypatch):

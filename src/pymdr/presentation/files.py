@@ -378,16 +378,19 @@ def _write_netcdf(dataset: xr.Dataset, file: FilePath) -> None:
         netcdf.dimensions = dict(dataset.sizes)
         netcdf.attrs.update(dataset.attrs)
         for name, variable in dataset.variables.items():
-            values = variable.values.astype(object) if variable.dtype.kind == "U" else variable.values
+            kind, values = variable.dtype.kind, variable.values
+            # NetCDF has no booleans: readers know them by this attribute
+            attributes = {**variable.attrs, "dtype": "bool"} if kind == "b" else variable.attrs
+            values = values.astype({"U": "O", "b": "i1"}.get(kind, values.dtype))
             written = netcdf.create_variable(
                 str(name),
                 variable.dims,
-                h5py.string_dtype() if values.dtype.kind == "O" else values.dtype,
+                h5py.string_dtype() if kind in "OU" else values.dtype,
                 values,
-                math.nan if values.dtype.kind == "f" else None,
-                compression="gzip" if str(name).startswith(_ERROR) else None,
+                math.nan if kind == "f" else None,
+                compression="gzip" if variable.ndim and str(name).startswith(_ERROR) else None,
             )
-            written.attrs.update(variable.attrs)
+            written.attrs.update(attributes)
 
 
 def write_dataset(dataset: xr.Dataset, file: str | os.PathLike[str]) -> None:
