@@ -374,6 +374,15 @@ def test_a_folder_that_cannot_be_written_leaves_nothing(ball, tmp_path):
     assert (tmp_path / "file").read_text() == "precious"
 
 
+def test_a_result_of_kept_rows_is_saved_and_opened(tmp_path):
+    contact = mdr.Contact(mdr.Sphere("5 mm"), STEEL, friction=mdr.Coulomb(0.3))
+    result = mdr.solve(contact, mdr.indent("5 um") >> mdr.shift("1 um", steps=50), keep=10)
+    result.save(tmp_path / "kept.nc")
+    xr.testing.assert_identical(mdr.open_result(tmp_path / "kept.nc").data, result.data)
+    with xr.open_dataset(tmp_path / "kept.nc") as opened:
+        assert list(opened.coords) == ["row"]
+
+
 def test_all_types_of_values_are_written_as_by_xarray(tmp_path):
     ours, other = tmp_path / "ours.nc", tmp_path / "other.nc"
     columns = {
@@ -386,7 +395,8 @@ def test_all_types_of_values_are_written_as_by_xarray(tmp_path):
         "pymdr_error_one": ((), 0.1),
         "pymdr_error_each": ("x", np.array([0.1, np.nan])),
     }
-    dataset = xr.Dataset(columns, coords={"x": [0.1, 0.2]}, attrs={"title": "all"})
+    coords = {"x": [0.1, 0.2], "row": ("x", [3, 7]), "place": 2.0, "others": ("z", [1.0, 2.0, 3.0])}
+    dataset = xr.Dataset(columns, coords=coords, attrs={"title": "all"})
     write_dataset(dataset, ours)
     dataset.to_netcdf(other, engine="h5netcdf")
     with xr.open_dataset(ours) as first, xr.open_dataset(other) as second:

@@ -373,11 +373,13 @@ def _write_netcdf(dataset: xr.Dataset, file: FilePath) -> None:
     """Write arrays and attributes; not by ``to_netcdf``, which imports dask and its scheduler where they are installed."""
     import h5netcdf
     import h5py
+    from xarray.conventions import encode_dataset_coordinates
 
+    variables, attrs = encode_dataset_coordinates(dataset)
     with h5netcdf.File(file, "w") as netcdf:
         netcdf.dimensions = dict(dataset.sizes)
-        netcdf.attrs.update(dataset.attrs)
-        for name, variable in dataset.variables.items():
+        netcdf.attrs.update(attrs)
+        for name, variable in variables.items():
             kind, values = variable.dtype.kind, variable.values
             # NetCDF has no booleans: readers know them by this attribute
             attributes = {**variable.attrs, "dtype": "bool"} if kind == "b" else variable.attrs
