@@ -110,6 +110,31 @@ def test_bad_records_are_refused():
         mdr.film_modulus(profile, "-1 um", mdr.Elastic("165 GPa", 0.22))
 
 
+def test_an_indent_without_a_rate_or_with_too_few_rows_leaves_the_others():
+    part = np.sin(np.linspace(0.0, np.pi, 60))
+    without_hold = mdr.MeasuredCurve(force=1e-3 * part, indentation=1e-7 * part, time=np.arange(60.0))
+    both, alone = (mdr.thermal_drift(one) for one in ([without_hold, drifting(1e-10)], drifting(1e-10)))
+    assert float(both["rate"][1]) == float(alone["rate"][0])
+    assert np.isnan(both["rate"][0])
+    assert both.claims["rate"].where.tolist() == [False, True]
+    assert both.notes[0].startswith("indent 1: no hold at constant force")
+    # what has no drift rate is not evaluated with its drift
+    indents = [mdr.oliver_pharr(one, TIP, poisson=0.3) for one in (both, alone)]
+    assert np.isnan(indents[0]["hardness"].values[0]).all()
+    assert np.array_equal(indents[0]["hardness"].values[1], indents[1]["hardness"].values[0])
+    assert indents[0].notes[0].startswith("indent 1: no hold at constant force")
+    with pytest.raises(mdr.ProblemError, match="calibrate_area, indent 1: no hold"):
+        mdr.calibrate_area(both, mdr.Elastic("72 GPa", 0.17), terms=1, frame_compliance="0 m/N")
+    with pytest.raises(mdr.ProblemError, match="indent 1: no hold"):
+        mdr.thermal_drift([without_hold, without_hold])
+    short = mdr.MeasuredCurve(force=np.linspace(0, 1e-3, 9), indentation=np.linspace(0, 1e-7, 9))
+    pops = mdr.first_pop_in([jumping(8e-9, 0.05e-9, 1), short, jumping(0.0, 0.05e-9, 2)])
+    assert np.isfinite(pops["pop_in_force"].values).tolist() == [True, False, False]
+    assert np.isfinite(pops["smallest_jump"].values).tolist() == [True, False, True]
+    assert [note.split(":")[0] for note in pops.notes] == ["indent 2", "no pop-in"]
+    assert pops.notes[1] == "no pop-in: indent 3"
+
+
 def test_the_largest_shear_at_a_pop_in_is_that_of_hertz():
     radius, body = 3e-6, mdr.Elastic("70 GPa", 0.3)
     ball = mdr.Contact(mdr.Paraboloid(radius), body)

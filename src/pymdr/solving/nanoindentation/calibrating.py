@@ -25,7 +25,13 @@ from pymdr.solving.nanoindentation.analysing import (
     peak_with_covariance,
     whiteness,
 )
-from pymdr.solving.nanoindentation.records import Record, Records, labels_of, records_of
+from pymdr.solving.nanoindentation.records import (
+    Record,
+    Records,
+    labels_of,
+    records_of,
+    refuse_uncorrected,
+)
 from pymdr.solving.nanoindentation.unloading import Peak, fit_limits, fitted_power, unloading_of
 from pymdr.solving.study import Column, Study, dataset
 from pymdr.units import FloatArray, QuantityLike, shown, to_si, written
@@ -238,6 +244,8 @@ def check_factors(beta: float, epsilon: float | None, who: str) -> None:
 def _priors(listed: Sequence[Record], frame: float, limits: tuple[float, float]) -> FloatArray:
     """Prior probability of white noise in each unloading."""
     labels = labels_of(listed, _WHO)
+    for record, who in zip(listed, labels, strict=True):
+        refuse_uncorrected(record, who)
     return np.array(
         common_priors([whiteness(one, frame, limits, who) for one, who in zip(listed, labels, strict=True)])
     )

@@ -10,15 +10,17 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple
 import numpy as np
 
 from pymdr.errors import ProblemError
-from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
+from pymdr.interpretation.validity import SOURCES, Assumption, BoolArray, Claim, Level
 from pymdr.solving.fits.spectrum import NORMAL_95
 from pymdr.solving.nanoindentation.records import (
     CorrectedRecords,
     Record,
     Records,
+    attempted,
     labels_of,
     numbered,
     records_of,
+    refusals,
 )
 from pymdr.solving.nanoindentation.unloading import errors_of, noise_of
 from pymdr.solving.study import Column, Study, dataset
@@ -117,12 +119,12 @@ def thermal_drift(
     -------
     ThermalDrift
         :func:`pymdr.oliver_pharr`, :func:`pymdr.calibrate_area` and :func:`pymdr.continuous_stiffness` take it in place of the records; the uncertainty of
-        the rate then enters their intervals.
+        the rate then enters their intervals. Of several indents, those without a rate are nan, and a note gives the reason.
 
     Raises
     ------
     ProblemError
-        If a record has no times or no hold, a hold has fewer than 12 rows, or an argument is outside its limits.
+        If no record has times and a hold of at least 12 rows, or an argument is outside its limits.
 
     See Also
     --------
@@ -155,12 +157,9 @@ def thermal_drift(
         raise ProblemError(
             f"{_WHO}: settle = {shown(settle)}; a fraction of the hold from 0 to 0.9 is needed"
         )
-    holds, corrected = [], []
-    for record, who in zip(listed, labels_of(listed, _WHO), strict=True):
-        one = _hold_of(record, given, settle, who)
-        holds.append(one)
-        corrected.append(_corrected(record, one))
-    return _study(listed, holds, corrected)
+    errors: dict[int, ProblemError] = {}
+    holds = attempted(listed, _WHO, lambda _, record, who: _hold_of(record, given, settle, who), errors)
+    return _study(listed, holds, errors)
 
 
 def _given_hold(hold: Sequence[QuantityLike]) -> tuple[float, float]:
@@ -274,8 +273,13 @@ def _corrected(record: Record, hold: _Hold) -> Record:
     return whole.without(slice(hold.rows.start + 1, hold.rows.stop - 1))
 
 
-def _study(listed: Sequence[Record], holds: Sequence[_Hold], corrected: Sequence[Record]) -> ThermalDrift:
-    times = [record.time for record in listed if record.time is not None]
+def _study(
+    listed: Sequence[Record], found: Mapping[int, _Hold], errors: Mapping[int, ProblemError]
+) -> ThermalDrift:
+    there = np.array([number in found for number in range(1, len(listed) + 1)])
+    holds, known = list(found.values()), [listed[number - 1] for number in found]
+    corrected = [_corrected(record, one) for record, one in zip(known, holds, strict=True)]
+    times = [record.time for record in known if record.time is not None]
     rate, half = np.array([one.rate for one in holds]), np.array([one.half for one in holds])
     correction = np.array(
         [
@@ -290,24 +294,27 @@ def _study(listed: Sequence[Record], holds: Sequence[_Hold], corrected: Sequence
         "rate_high": (rate + half, "m/s"),
         "rate_change": (np.array([one.change for one in holds]), "m/s"),
         "hold_force": (
-            np.array([float(r.force[o.fitted].mean()) for r, o in zip(listed, holds, strict=True)]),
+            np.array([float(r.force[o.fitted].mean()) for r, o in zip(known, holds, strict=True)]),
             "N",
         ),
         "hold_start": (np.array([t[o.fitted.start] for t, o in zip(times, holds, strict=True)]), "s"),
         "hold_end": (np.array([t[o.fitted.stop - 1] for t, o in zip(times, holds, strict=True)]), "s"),
         "correction": (correction, "m"),
     }
-    largest = np.array([float(np.max(record.depth)) for record in listed])
+    largest = np.array([float(np.max(record.depth)) for record in known])
     claim = Claim(
         Level.APPROXIMATE,
         "the rate in the hold is assumed for the complete test; creep and recovery of the sample cannot be distinguished from drift",
         SOURCES["oliver-pharr"],
-        np.ones(len(holds), dtype=bool),
+        there,
     )
     unsteady = max(abs(one.change) / one.change_error if one.change_error > 0.0 else 0.0 for one in holds)
     return ThermalDrift(
         data=dataset(
-            {name: ("indent", values, {"units": unit}) for name, (values, unit) in columns.items()},
+            {
+                name: ("indent", _over_all(values, there), {"units": unit})
+                for name, (values, unit) in columns.items()
+            },
             coords=numbered(listed),
         ),
         claims=dict.fromkeys(("rate", "rate_change", "correction"), claim),
@@ -325,10 +332,30 @@ def _study(listed: Sequence[Record], holds: Sequence[_Hold], corrected: Sequence
                 _LARGEST,
             ),
         ),
+        notes=tuple(refusals(errors, _WHO)),
         references=("oliver-pharr",),
-        corrected=tuple(corrected),
+        corrected=_with_refusals(listed, dict(zip(found, corrected, strict=True)), errors),
         holds=tuple(
             (t[o.fitted], r.depth[o.fitted], o.start + o.rate * (t[o.fitted] - t[o.fitted.start]))
-            for t, r, o in zip(times, listed, holds, strict=True)
+            for t, r, o in zip(times, known, holds, strict=True)
         ),
+    )
+
+
+def _over_all(values: FloatArray, there: BoolArray) -> FloatArray:
+    """Numbers over all indents, nan where there is none."""
+    column = np.full(there.size, math.nan)
+    column[there] = values
+    return column
+
+
+def _with_refusals(
+    listed: Sequence[Record], corrected: Mapping[int, Record], errors: Mapping[int, ProblemError]
+) -> tuple[Record, ...]:
+    """The corrected records, and those that could not be corrected with the reason."""
+    return tuple(
+        corrected[number]
+        if number in corrected
+        else record._replace(refusal=str(errors[number]).removeprefix(f"{label}: "))
+        for number, (record, label) in enumerate(zip(listed, labels_of(listed, _WHO), strict=True), 1)
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
@@ -14,7 +14,7 @@ from pymdr.errors import NotValidError, ProblemError
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import Path
-from pymdr.solving.nanoindentation.records import Record, Records, labels_of, numbered, records_of
+from pymdr.solving.nanoindentation.records import Record, Records, attempted, numbered, records_of, refusals
 from pymdr.solving.nanoindentation.unloading import noise_of
 from pymdr.solving.study import Column, Study, dataset
 from pymdr.solving.verb import solve
@@ -124,12 +124,12 @@ def first_pop_in(
     Returns
     -------
     PopIn
-        Loads, depths and jumps, with intervals.
+        Loads, depths and jumps, with intervals. Of several indents, those that cannot be searched are nan, and a note gives the reason.
 
     Raises
     ------
     ProblemError
-        If a record has fewer than 20 rows of loading, or an argument is outside its limits.
+        If no record has 20 rows of loading, or an argument is outside its limits.
     NotValidError
         If the shear stress under the tip is not known or has no bound, as at sharp tips.
 
@@ -179,11 +179,11 @@ def first_pop_in(
         raise ProblemError(
             f"{_WHO}: the contact has adhesion or friction, which the analysis of pop-ins does not include; leave both out"
         )
-    searches = [
-        _search(record, float(significance), who)
-        for record, who in zip(listed, labels_of(listed, _WHO), strict=True)
-    ]
-    return _study(listed, searches, contact, strength)
+    errors: dict[int, ProblemError] = {}
+    found = attempted(listed, _WHO, lambda _, record, who: _search(record, float(significance), who), errors)
+    searches = [found.get(number, _Search(None, math.nan)) for number in range(1, len(listed) + 1)]
+    study = _study(listed, searches, contact, strength)
+    return replace(study, notes=(*refusals(errors, _WHO), *study.notes))
 
 
 def _search(record: Record, significance: float, who: str) -> _Search:
@@ -339,7 +339,7 @@ def _study(
     if not there.any():
         level, reason = (
             Level.NOT_VALID,
-            f"the loading has no jump above {metres(float(np.max(columns['smallest_jump'][0])))}",
+            f"the loading has no jump above {metres(float(np.nanmax(columns['smallest_jump'][0])))}",
         )
     claim = Claim(level, reason, SOURCES["johnson"], there)
     claims = {name: claim for name in columns if name != "smallest_jump"}
@@ -352,7 +352,7 @@ def _study(
             yields = first_yield(contact, strength=2.0 * strength)
             single["strength_force"] = float(yields["normal_force"].sel(criterion="Tresca"))
             claims["strength_force"] = yields.claims["normal_force"]
-    missing = [str(i) for i, one in enumerate(searches, 1) if one.event is None]
+    missing = [str(i) for i, one in enumerate(searches, 1) if one.event is None and one.smallest > 0.0]
     return PopIn(
         data=dataset(
             {

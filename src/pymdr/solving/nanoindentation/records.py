@@ -38,6 +38,8 @@ class Record(NamedTuple):
     """Standard deviation in m/s of the rate of that drift."""
     name: str = ""
     """Of its file and test, if known."""
+    refusal: str = ""
+    """Why a correction for drift is not possible; no evaluation takes such a record."""
 
     def without(self, rows: slice) -> Record:
         """The record without some rows."""
@@ -61,7 +63,7 @@ class CorrectedRecords:
     """Records whose depths were corrected, which evaluations take in place of records."""
 
     corrected: tuple[Record, ...]
-    """Indents whose depths are corrected for drift, without the hold."""
+    """Indents whose depths are corrected for drift, without the hold; those that could not be corrected have a refusal."""
 
 
 One: TypeAlias = "MeasuredCurve | xr.Dataset | Mapping[str, Any]"
@@ -159,6 +161,12 @@ def numbered(records: Sequence[Record]) -> dict[str, Any]:
     return {**numbers, "record": ("indent", [one.name for one in records], {"units": ""})}
 
 
+def refuse_uncorrected(record: Record, who: str) -> None:
+    """Refuse a record that could not be corrected for drift."""
+    if record.refusal:
+        raise ProblemError(f"{who}: {record.refusal}")
+
+
 def attempted(
     records: Sequence[Record],
     who: str,
@@ -187,6 +195,7 @@ def attempted(
     for number, (record, label) in enumerate(zip(records, labels_of(records, who), strict=True), 1):
         if number not in errors:
             try:
+                refuse_uncorrected(record, label)
                 results[number] = evaluate(number, record, label)
             except ProblemError as error:
                 errors[number] = error
