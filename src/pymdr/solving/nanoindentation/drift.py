@@ -274,10 +274,10 @@ def _corrected(record: Record, hold: _Hold) -> Record:
 
 
 def _study(
-    listed: Sequence[Record], found: Mapping[int, _Hold], errors: Mapping[int, ProblemError]
+    listed: Sequence[Record], by_number: Mapping[int, _Hold], errors: Mapping[int, ProblemError]
 ) -> ThermalDrift:
-    there = np.array([number in found for number in range(1, len(listed) + 1)])
-    holds, known = list(found.values()), [listed[number - 1] for number in found]
+    there = np.array([number in by_number for number in range(1, len(listed) + 1)])
+    holds, known = list(by_number.values()), [listed[number - 1] for number in by_number]
     corrected = [_corrected(record, one) for record, one in zip(known, holds, strict=True)]
     times = [record.time for record in known if record.time is not None]
     rate, half = np.array([one.rate for one in holds]), np.array([one.half for one in holds])
@@ -334,7 +334,7 @@ def _study(
         ),
         notes=tuple(refusals(errors, _WHO)),
         references=("oliver-pharr",),
-        corrected=_with_refusals(listed, dict(zip(found, corrected, strict=True)), errors),
+        corrected=_with_refusals(listed, dict(zip(by_number, corrected, strict=True)), errors),
         holds=tuple(
             (t[o.fitted], r.depth[o.fitted], o.start + o.rate * (t[o.fitted] - t[o.fitted.start]))
             for t, r, o in zip(times, known, holds, strict=True)

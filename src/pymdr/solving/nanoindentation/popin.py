@@ -180,8 +180,10 @@ def first_pop_in(
             f"{_WHO}: the contact has adhesion or friction, which the analysis of pop-ins does not include; leave both out"
         )
     errors: dict[int, ProblemError] = {}
-    found = attempted(listed, _WHO, lambda _, record, who: _search(record, float(significance), who), errors)
-    searches = [found.get(number, _Search(None, math.nan)) for number in range(1, len(listed) + 1)]
+    by_number = attempted(
+        listed, _WHO, lambda _, record, who: _search(record, float(significance), who), errors
+    )
+    searches = [by_number.get(number, _Search(None, math.nan)) for number in range(1, len(listed) + 1)]
     study = _study(listed, searches, contact, strength)
     return replace(study, notes=(*refusals(errors, _WHO), *study.notes))
 
