@@ -60,6 +60,21 @@ def test_the_edge_rests_like_a_punch_between_both_works():
     assert result["normal_stiffness"].values[5:] == pytest.approx(2.0 * a[1:], rel=1e-12)
 
 
+@pytest.mark.parametrize("machine", [math.inf, 3.0])
+def test_an_edge_that_returns_to_where_it_stopped_rests(machine):
+    """In one leg and in several; rounding does not decide."""
+    channel = "indentation" if math.isinf(machine) else "travel"
+    for top in np.random.default_rng(4).uniform(0.3, 1.0, 8).tolist():
+        levels = [top, 0.9 * top, top, top, 0.8 * top, top]
+        legs = mdr.travel(top) >> mdr.travel(0.9 * top) >> mdr.travel(top, steps=2)
+        for path in (mdr.Path(**{channel: levels}), legs):
+            result = mdr.solve(contact(profile=mdr.Cone(slope=0.5)), path, machine_stiffness=machine)
+            a, stiffness = (result[name].values for name in ("contact_radius", "normal_stiffness"))
+            assert np.ptp(a) == 0.0
+            assert abs(stiffness[0] / (2.0 * a[0]) - 1.0) > 0.1
+            assert stiffness[1:] == pytest.approx(2.0 * a[1:], rel=1e-12)
+
+
 def test_the_work_of_a_loop_is_the_area_of_its_curve():
     path = mdr.indent(1.0, steps=2000) >> mdr.indent(-1.2, steps=4000) >> mdr.indent(0.5, steps=3000)
     result = mdr.solve(contact(), path >> mdr.indent(-2.5, steps=5000))

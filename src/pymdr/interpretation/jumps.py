@@ -14,6 +14,7 @@ from pymdr.interpretation.theories import equilibria_of
 from pymdr.line.adhesion import JKR
 from pymdr.line.curves import Line
 from pymdr.line.following import (
+    Edge,
     History,
     Track,
     follow,
@@ -131,12 +132,15 @@ def branches_of_edge(
     top = max(_largest_parameter(curve, rows) for curve in curves)
     trail: list[Mapping[str, FloatArray]] = []
     jumps: dict[tuple[float, ...], Jump] = {}
-    state, first, widest = None, 0, top
+    state: Edge | None = None
+    first, widest, before = 0, top, math.inf
     for part, k in legs:
-        tracks = [_traced(curves[0], k, float(np.max(part.normal)), max(top, state or 0.0))]
+        reached = max(top, state.parameter if state else 0.0)
+        tracks = [_traced(curves[0], k, float(np.max(part.normal)), reached)]
         tracks.append(_traced(curves[1], k, -math.inf, tracks[0].curve.stop))
         widest = max(widest, tracks[0].curve.stop if tracks[0].curve.stop < 2.0 * top else top)
-        history = follow_with_hysteresis(tracks[0], tracks[1], part.normal, state, rim)
+        initial = state and state.under(same=k == before)
+        history = follow_with_hysteresis(tracks[0], tracks[1], part.normal, initial, rim)
         done = 0
         for motion in history.motions:
             curve = curves[0 if motion.direction > 0 else 1]
@@ -150,7 +154,7 @@ def branches_of_edge(
             for event in events:
                 jumps.setdefault(tuple(event[1:5]), _jump(curve, event, machine_stiffness))
         trail.append({name: values[first + done : first + part.normal.size] for name, values in rows.items()})
-        state, first = history.end, first + part.normal.size
+        state, first, before = history.end, first + part.normal.size, k
     both = [equilibrium_curve(curve, widest, (), machine_stiffness) for curve in curves]
     stable = []
     for curve, states in zip(curves, both, strict=True):

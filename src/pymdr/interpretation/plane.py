@@ -64,6 +64,7 @@ def planar_claims(
         ("the force", "tangential_force", carried, "mu F_N"),
         ("shifts", "shift", np.abs(columns["shift"]), "the largest"),
         ("the dissipated energy", "dissipated_energy", columns["dissipated_energy"], "the largest"),
+        ("the stick radius", "stick_radius", columns["contact_radius"], "the largest contact radius"),
     )
     shares = [
         f"{what} by {_largest(missed[name]) / max(_largest(size), 1e-300):.1e} of {of}"

@@ -334,7 +334,8 @@ class HystereticLine:
             fold = traced(self.receding, k, 0.0, track.curve.stop)
             refuse_pull_on_nothing(values, float(fold.curve.control(np.array([fold.pull_off]))[0]))
         receding = traced(self.receding, k, -math.inf, track.curve.stop)
-        history = follow_with_hysteresis(track, receding, values, state.parameter, self.rim)
+        initial = state.edge and state.edge.under(same=k == state.stiffness)
+        history = follow_with_hysteresis(track, receding, values, initial, self.rim)
         residual = history.residual(track, receding)
         history = replace(
             history,
@@ -353,7 +354,7 @@ class HystereticLine:
         )
         placed = replace(history, parameter=np.where(history.attached, s, math.nan))
         rows, end = rows_of(edge, placed, residual, stiffness, state, stretch, (history.direction, spent))
-        return rows, replace(end, parameter=history.end)
+        return rows, replace(end, parameter=history.end and history.end.parameter, edge=history.end)
 
     def _depth(self, s: FloatArray, control: FloatArray, k: float) -> FloatArray:
         """Indentation in m of an edge at rest under a control."""

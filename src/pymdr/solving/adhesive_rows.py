@@ -10,7 +10,7 @@ import numpy as np
 
 from pymdr.interpretation.branches import Equilibria
 from pymdr.interpretation.validity import BoolArray
-from pymdr.line.following import History, Jumps, under_control
+from pymdr.line.following import Edge, History, Jumps, under_control
 from pymdr.problem.schedule import Stretch
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.units import FloatArray
@@ -29,6 +29,10 @@ class State:
 
     parameter: float | None = None
     """None out of contact."""
+    edge: Edge | None = None
+    """With hysteresis, under the control of `stiffness`."""
+    stiffness: float = math.inf
+    """Machine stiffness in N/m equivalent to the control of the leg before."""
     known: bool = True
     """Whether the position is known: not after the contact was lost under a prescribed force."""
     solved: bool = True
@@ -167,6 +171,7 @@ def rows_of(
     )
     end = State(
         parameter=float(history.parameter[-1]) if attached[-1] else None,
+        stiffness=k,
         known=not math.isnan(depth[-1]),
         dissipated=float(dissipated[-1]),
         spent=float(spent[-1]),

@@ -16,7 +16,7 @@ from pymdr.line.following.curves import (
     under_control,
     under_machine,
 )
-from pymdr.line.following.hysteresis import EdgeHistory, follow_with_hysteresis
+from pymdr.line.following.hysteresis import Edge, EdgeHistory, follow_with_hysteresis
 from pymdr.line.following.moved import Branches, HystereticTracks, RestingBranches, tabulated_track
 from pymdr.line.following.paths import Balance, History, Jumps, Route, energy_balance, follow, pressed, pulled
 from pymdr.line.following.tracks import Track, Transitions, settled, trace
@@ -25,6 +25,7 @@ __all__ = [
     "Balance",
     "Branches",
     "Curve",
+    "Edge",
     "EdgeHistory",
     "Equilibria",
     "History",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,6 +15,27 @@ from pymdr.line.following.tracks import Index, Track
 from pymdr.units import FloatArray
 
 REST, ADVANCE, RECEDE = 0, 1, -1
+
+
+class Edge(NamedTuple):
+    """An edge between two paths."""
+
+    parameter: float
+    direction: int
+    """In which it moved last."""
+    control: float | None
+    """D at which it stopped, to the last bit; None where its curve must tell."""
+
+    def under(self, *, same: bool) -> Edge:
+        """The edge at the start of a path of the same control, or of another."""
+        return self if same else self._replace(control=None)
+
+    def rest(self, advancing: Track, receding: Track, rim: float) -> tuple[float, float]:
+        """Lowest and highest D at which it rests."""
+        low, high = (float(t.curve.control(np.array([self.parameter]))[0]) for t in (receding, advancing))
+        if self.control is not None:
+            low, high = (low, self.control) if self.direction == ADVANCE else (self.control, high)
+        return low, np.inf if self.parameter >= rim else high
 
 
 @dataclass(frozen=True)
@@ -49,15 +71,15 @@ class EdgeHistory:
         1 where the edge advanced to its state, -1 where it receded, 0 where it rests or the body is free.
     motions : tuple of Motion
         What was followed on the two curves.
-    end : float or None
-        Parameter of the edge at the end; None for a free body.
+    end : Edge or None
+        The edge at the end; None for a free body.
     """
 
     control: FloatArray
     parameter: FloatArray
     direction: Index
     motions: tuple[Motion, ...]
-    end: float | None
+    end: Edge | None
 
     @property
     def attached(self) -> NDArray[np.bool_]:
@@ -113,7 +135,7 @@ def follow_with_hysteresis(
     advancing: Track,
     receding: Track,
     control: ArrayLike,
-    initial: float | None = None,
+    initial: Edge | None = None,
     rim: float = np.inf,
 ) -> EdgeHistory:
     """Follow a path of the control coordinate, straight between its values, with an edge that may rest.
@@ -124,15 +146,16 @@ def follow_with_hysteresis(
         The curves D_adv(s) and D_rec(s) <= D_adv(s) of an edge that advances and recedes, traced.
     control : array_like
         D of every row.
-    initial : float, optional
-        Parameter of the edge before the first row; without it the body is free.
+    initial : Edge, optional
+        The edge before the first row; without it the body is free.
     rim : float
         Parameter of a sharp edge, beyond which the edge of the contact cannot advance; there it rests.
 
     Returns
     -------
     EdgeHistory
-        The edge rests while D_rec(s) <= D <= D_adv(s).
+        The edge rests while D_rec(s) <= D <= D_adv(s); the bound on the curve of its last motion is the D at which it stopped, so that a
+        path that returns there leaves it at rest.
 
     Raises
     ------
@@ -153,21 +176,21 @@ def follow_with_hysteresis(
         raise PathError("a path must be a one-dimensional array of at least one value, all finite")
     parameter, direction = np.full(D.size, np.nan), np.zeros(D.size, dtype=np.intp)
     motions: list[Motion] = []
-    exits, row, s = Exits(D), 0, initial
+    exits, row, edge = Exits(D), 0, initial
     while row < D.size:
         low, high = -np.inf, float(np.nextafter(advancing.touch, -np.inf))
-        if s is not None:
-            low, high = (float(track.curve.control(np.array([s]))[0]) for track in (receding, advancing))
-            high = np.inf if s >= rim else high
+        if edge is not None:
+            low, high = edge.rest(advancing, receding, rim)
         first = exits.after(row, low, high)
-        parameter[row:first] = np.nan if s is None else s
+        parameter[row:first] = np.nan if edge is None else edge.parameter
         if first == D.size:
             break
         moves = ADVANCE if D[first] > high else RECEDE
         row = exits.turn(first, upward=moves == ADVANCE)
-        history = follow(advancing if moves == ADVANCE else receding, D[first:row], s)
+        start = None if edge is None else edge.parameter
+        history = follow(advancing if moves == ADVANCE else receding, D[first:row], start)
         motions.append(Motion(first, moves, history))
         parameter[first:row] = np.minimum(history.parameter, rim)
         direction[first:row] = np.where(history.attached & (history.parameter < rim), moves, REST)
-        s = float(parameter[row - 1]) if history.attached[-1] else None
-    return EdgeHistory(D, parameter, direction, tuple(motions), s)
+        edge = Edge(float(parameter[row - 1]), moves, float(D[row - 1])) if history.attached[-1] else None
+    return EdgeHistory(D, parameter, direction, tuple(motions), edge)
