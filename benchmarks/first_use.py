@@ -60,6 +60,13 @@ import xarray as xr
 data = xr.Dataset({"force": (("curve", "sample"), np.array([force, 1.1 * force])), "indentation": ("sample", way)})
 mdr.fit_map(gel, data, ["body.young"], workers=1)
 """,
+    "machine": """
+steel = mdr.Elastic("210 GPa", 0.3)
+pad = mdr.Contact(mdr.Paraboloid("10 mm"), steel, steel, friction=mdr.Coulomb(0.3))
+bodies = [mdr.Mass("slider", "1 kg"), mdr.Drive("stage", velocity="2 mm/s")]
+links = [mdr.Spring(("stage", "slider"), "2 N/mm"), mdr.Joint(pad, (), "slider", indentation="1 um")]
+mdr.move(mdr.Machine(bodies, links), "10 ms", steps=100)
+""",
 }
 _HEAD = "import numpy as np, pymdr as mdr\n"
 _LISTENER = """

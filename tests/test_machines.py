@@ -342,6 +342,7 @@ def test_a_machine_without_contacts():
         (lambda: mdr.Drive("s", amplitude="1 um"), "one of each"),
         (lambda: mdr.Drive("s", 0, 0, 1e-6, 0.0), "above 0 Hz"),
         (lambda: mdr.Spring({"a": 0}, 1), "the factor 0"),
+        (lambda: mdr.Spring("a"), "stiffness and damping are both 0; give"),
         (lambda: mdr.Joint(BALL), "neither normal nor tangential"),
         (lambda: mdr.Machine(None), "None is not a Mass"),
         (lambda: mdr.move(falling(), "-1 s"), "above 0 s"),
@@ -432,6 +433,9 @@ def test_a_case_file_is_the_machine(tmp_path):
     ):
         with pytest.raises(CaseError, match=message):
             decode_machine({**case, "machine": {**case["machine"], key: value}})
+    for key, value in (("path", [{"kind": "indent", "indentation": "1 um"}]), ("solve", {}), ("stress", {})):
+        with pytest.raises(CaseError, match=rf"\[{key}\].* beside \[machine\] it is not read.*pymdr run"):
+            decode_machine({**case, key: value})
     with pytest.raises(CaseError, match=r"\[machine\] is missing"):
         decode_machine({key: value for key, value in case.items() if key != "machine"})
 

@@ -217,14 +217,14 @@ class Spring(Link):
     stiffness : quantity
         k in N/m, at least 0.
     damping : quantity
-        c in N s/m, at least 0.
+        c in N s/m, at least 0; one of both must be above 0.
     elongation : quantity
         e in m where all bodies are at 0.
 
     Raises
     ------
     ProblemError
-        If a value is below 0, or `between` names no body.
+        If a value is below 0, both are 0, or `between` names no body.
 
     See Also
     --------
@@ -241,6 +241,12 @@ class Spring(Link):
     stiffness: SIField = SIField("N/m", at_least=0.0, default=0.0, description="stiffness")
     damping: SIField = SIField("N*s/m", at_least=0.0, default=0.0, description="damping")
     elongation: SIField = SIField("m", default=0.0, description="elongation where all bodies are at 0")
+
+    def __post_init__(self) -> None:
+        if self.stiffness == 0.0 == self.damping:
+            raise ProblemError(
+                "Spring: stiffness and damping are both 0; give stiffness in N/m, damping in N s/m, or both above 0"
+            )
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,6 +9,7 @@ from typing import Any
 
 from pymdr.errors import CaseError, PymdrError, errors_of_case
 from pymdr.problem.codec.cases import decode_contact
+from pymdr.problem.codec.outputs import OUTPUTS
 from pymdr.problem.codec.tables import MACHINE_BODIES, MACHINE_LINKS
 from pymdr.problem.contact import Contact
 from pymdr.problem.machines import Machine
@@ -16,6 +17,8 @@ from pymdr.problem.naming import nearest
 from pymdr.units import shown
 
 _KEYS = ("duration", "steps", "accuracy", "bodies", "links")
+_WITHOUT = ("path", "surface", "solve", *OUTPUTS)
+"""Tables of other cases, which a motion would leave unread."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +57,13 @@ def decode_machine(plain: Mapping[str, Any]) -> MachineCase:
     table = plain.get("machine")
     if not isinstance(table, Mapping):
         raise CaseError("table [machine] is missing; give duration, bodies and links")
+    unread = next((key for key in _WITHOUT if key in plain), None)
+    if unread is not None:
+        written = "[[path]]" if unread == "path" else f"[{unread}]"
+        raise CaseError(
+            f"{written}: beside [machine] it is not read, because bodies, springs and forces move the contact; leave it out, or leave "
+            "[machine] out and use pymdr run"
+        )
     unknown = next((key for key in table if key not in _KEYS), None)
     if unknown is not None:
         raise CaseError(
