@@ -901,7 +901,7 @@ def test_a_fit_names_the_file_that_cannot_be_fitted(case, tmp_path, shell):
     for command in (("fit", case, few, "--free", "body.young"), ("curves", few)):
         assert f"{few}: MeasuredCurve: 2 samples" in shell(*command)[2]
     status, _, err = shell("fit", case, whole, "--free", "body.young", "--segment", "aproach")
-    assert (status, "segment = 'aproach'; it is one of record, approach, retreat" in err) == (1, True)
+    assert (status, "segment = 'aproach'; it must be one of record, approach, retreat" in err) == (1, True)
     rubbed = tmp_path / "rubbed.toml"
     rubbed.write_text(BALL_CASE + '[friction]\nkind = "coulomb"\ncoefficient = 0.3\n')
     _, _, err = shell("fit", rubbed, whole, "--free", "body.young")

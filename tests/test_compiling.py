@@ -111,6 +111,20 @@ def test_any_kernel_that_is_compiled_says_so(module, announced, monkeypatch):
     assert all(text.startswith(words) for text, words in zip(messages, expected, strict=False))
 
 
+def test_every_kernel_has_a_subject_in_messages():
+    from pymdr.compiling import _described
+
+    modules = [
+        ".".join(file.relative_to(SOURCE / "pymdr").with_suffix("").parts)
+        for file in (SOURCE / "pymdr").rglob("*.py")
+        if "from pymdr.compiling import" in file.read_text(encoding="utf-8")
+    ]
+    assert len(modules) > 20
+    assert [
+        one for one in modules if not _described(f"{one}.kernel").startswith("numerical kernels of")
+    ] == []
+
+
 ONCE = """
 import pymdr as mdr
 from pymdr.line.memory import kernels, row_kernels, tangential_kernels, groups

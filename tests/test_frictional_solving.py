@@ -1021,7 +1021,7 @@ def test_claims():
     check_claims(result, exact, exact, "exact for Poisson's ratio 0")
     assert assumption(result, "elastic similarity").met
     check_claims(solved(third, third), exact, approximate, "0.05 % of the largest mu F_N")
-    check_claims(solved(half), exact, approximate, "(0.5 here)")  # on a rigid body: similar
+    check_claims(solved(half), exact, approximate, "(Poisson's ratio 0.5 here)")  # on a rigid body: similar
     for one, other, mu in ((third, None, MU), (zero, half, MU), (third, None, math.inf)):
         result = solved(one, other, mu)
         beta = mdr.effective_moduli(one, other).dundurs_beta

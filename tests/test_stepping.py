@@ -106,7 +106,7 @@ def test_a_step_is_taken_back():
             stepper.undo()
             assert stepper.advance(2e-6, 1e-6) == before.advance(2e-6, 1e-6)
     stepper.undo()
-    with pytest.raises(mdr.PathError, match="no step to take back"):
+    with pytest.raises(mdr.PathError, match="no step to undo"):
         stepper.undo()
 
 

@@ -163,19 +163,24 @@ def _warn_interpreted() -> None:
 
 
 _SUBJECTS = {
+    "interpretation.": "stress",
     "line.following.": "adhesion",
     "line.friction.": "friction",
     "line.memory.": "viscoelasticity",
     "line.motion.": "machines",
     "line.plane.": "friction in the plane",
     "line.plastic.": "bodies that yield",
+    "line.programs.": "steps",
     "line.rebound.": "impacts on viscoelastic bodies",
     "line.rough_sliding.": "rough sliding",
     "line.soft.": "adhesion with memory",
     "mapping.": "equivalent profiles",
     "numerics.exponentials.": "viscoelasticity",
+    "numerics.": "tables",
     "problem.profiles.": "smoothing splines",
+    "problem.spectra.": "viscoelasticity",
     "solving.fits.": "fits",
+    "solving.stepping.": "steps",
 }
 """What kernels are for, by the beginnings of their names."""
 
@@ -245,7 +250,7 @@ class _CompileListener:
             if _unkept.is_set()
             else "once after an installation"
         )
-        _log.warning("Compiling %s (up to 20 s, %s)", name, kept)
+        _log.warning("Compiling %s (up to 20 s each, %s)", name, kept)
 
 
 if event is not None:

@@ -125,7 +125,7 @@ def _tangential(contact: Contact, moduli: EffectiveModuli) -> tuple[Level, str, 
             source,
         )
     frame = "exact in the frame of Cattaneo and Mindlin (traction in one direction, lateral slip ignored). "
-    here = f"{poisson:g} here" if isotropic else f"here 1 - S_L/S_T = {poisson:.6g}"
+    here = f"Poisson's ratio {poisson:g} here" if isotropic else f"here 1 - S_L/S_T = {poisson:.6g}"
     if not isotropic and not -1.0 < poisson <= _LARGEST_POISSON:
         return (
             Level.APPROXIMATE,

@@ -38,8 +38,8 @@ def wear_claims(
     sheared = frictional_claims(contact, moduli, ("stick_radius",), everywhere)["stick_radius"]
     text, source = _LAWS[law]
     reason = (
-        f"{text}; wear particles (third bodies) are not modelled; slip is the mean around the axis; in the frame of "
-        f"Cattaneo and Mindlin: {sheared.reason}"
+        f"{text}; wear particles (third bodies) are not modelled; slip is the mean around the axis; friction: "
+        f"{sheared.reason}"
     )
     claim = Claim(Level.APPROXIMATE, reason, f"{SOURCES[source]}; {SOURCES['popov-wear']}", everywhere)
     return {name: replace(claim, error=values) for name, values in error.items()}

@@ -190,7 +190,9 @@ class Compliance:
             If the layers are bonded to their base.
         """
         if self.body.bond != "frictionless":
-            raise ProblemError("pressed_through: the layers are bonded to their base")
+            raise ProblemError(
+                "pressed_through: the layers are bonded to their base; give bond='frictionless'"
+            )
         base = _minors_of_base(self.body, self.body.top.shear)
         sliding, pressed = np.zeros((4, s.size)), np.zeros((4, s.size))
         sliding[1], pressed[0], pressed[2] = 1.0, -base[_UV], 1.0

@@ -82,7 +82,7 @@ def write_atomically(file: str | os.PathLike[str], write: Callable[[FilePath], o
     """
     target = named_file(file, "write")
     if "\0" in str(target):
-        raise FileError(f"cannot write {str(target)!r}: the name contains the character NUL")
+        raise FileError(f"cannot write {str(target)!r}: the name contains the character NUL; remove it")
     try:
         handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.stem}-", suffix=target.suffix)
         os.close(handle)
@@ -218,10 +218,14 @@ def _error_from(plain: float | str | None, steps: int, dataset: xr.Dataset) -> n
     return np.full(steps, plain) if isinstance(plain, float) else np.array(dataset[f"{_ERROR}{plain}"].values)
 
 
+def _damaged(fault: object) -> FileError:
+    return FileError(f"damaged pymdr result: {fault}; use another copy, or solve again")
+
+
 def _claim_from(name: str, plain: Mapping[str, Any], dataset: xr.Dataset) -> Claim:
     # checked before expansion: a damaged length may be astronomical
     if sum(plain["where"]) != dataset.sizes.get("step", 0):
-        raise FileError(f"damaged pymdr result: wrong number of steps in the claims of {name}")
+        raise _damaged(f"wrong number of steps in the claims of {name}")
     where = np.repeat(np.arange(len(plain["where"])) % 2 == 0, plain["where"])
     error = _error_from(plain.get("error"), where.size, dataset)
     return Claim(Level[plain["level"]], plain["reason"], plain["source"], where, error)
@@ -272,10 +276,10 @@ def unpack(dataset: xr.Dataset) -> dict[str, Any]:
     except FileError:
         raise
     except (LookupError, ValueError, TypeError, AttributeError, RecursionError, PymdrError) as error:
-        raise FileError(f"damaged pymdr result: {error}") from error
+        raise _damaged(error) from error
     _check_consistent(dataset, claims, parts["references"])
     if contact.friction is not None and len(parts["starts"] or ()) != len(legs(path)):
-        raise FileError("damaged pymdr result: the starts of some legs of the path are missing")
+        raise _damaged("the starts of some legs of the path are missing")
     return parts
 
 
@@ -319,7 +323,7 @@ def _parsed_texts(attrs: Mapping[str, Any]) -> dict[str, Any]:
         parsed = _saved_texts().validate_python({name: json.loads(attrs[f"pymdr_{name}"]) for name in names})
     except ValidationError as error:
         where = ".".join(map(str, error.errors()[0]["loc"]))
-        raise FileError(f"damaged pymdr result: pymdr_{where} is not what Result.save writes") from error
+        raise _damaged(f"pymdr_{where} is not what Result.save writes") from error
     texts: dict[str, Any] = parsed.model_dump()
     return texts
 
@@ -358,7 +362,7 @@ def _check_consistent(dataset: xr.Dataset, claims: Mapping[str, Claim], referenc
         ("wrong number of steps in the claims of", short),
     ):
         if names:
-            raise FileError(f"damaged pymdr result: {fault} {', '.join(map(str, names))}")
+            raise _damaged(f"{fault} {', '.join(map(str, names))}")
 
 
 def _base(name: str) -> str:
@@ -472,4 +476,6 @@ def read_dataset(file: str | os.PathLike[str]) -> xr.Dataset:
     except FileError:
         raise
     except (OSError, ValueError, LookupError, TypeError, AttributeError, RuntimeError) as error:
-        raise FileError(f"cannot read {source}: not a complete NetCDF file ({error})") from error
+        raise FileError(
+            f"cannot read {source}: not a complete NetCDF file ({error}); use another copy, or solve again"
+        ) from error

@@ -56,7 +56,8 @@ def solve_adhesive(task: Task) -> Result:
     """Map, walk and interpret."""
     refuse_tangential(
         task.path,
-        "the contact is adhesive: adhesion with friction is not covered, but for JKR without slip, friction=Coulomb(math.inf); leave the channel out",
+        "the contact is adhesive: with friction, adhesion is covered only without slip, by JKR and friction=Coulomb(math.inf); "
+        "else leave the channel out",
     )
     line = AdhesiveLine(task.contact)
     walked = walk(task, State(), partial(step, line, task.machine_stiffness, _followed))

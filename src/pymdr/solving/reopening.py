@@ -28,7 +28,7 @@ def result_from_dataset(dataset: xr.Dataset) -> Result:
     try:
         parts |= {"status": Status[parts["status"]], "rings": None if rings is None else Rings(rings)}
     except (KeyError, ProblemError) as error:
-        raise FileError(f"damaged pymdr result: {error}") from error
+        raise FileError(f"damaged pymdr result: {error}; use another copy, or solve again") from error
     return Result(**parts, reading=law_of(parts["contact"], parts["rings"], parts["path"]).reading)
 
 

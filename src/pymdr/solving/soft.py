@@ -231,8 +231,8 @@ def controls_of(
     if sudden.any():
         end = float(time[1 + int(np.argmax(sudden))])
         raise PathError(
-            f"the row at t = {end:.6g} s moves in zero time, which adhesion with memory does not cover; give every move a duration or a "
-            f"rate, which near this time is above {np.spacing(end):.1g} s, the resolution of numbers"
+            f"the row at t = {end:.6g} s moves in zero time, which adhesion with memory does not cover; give every move a duration "
+            f"above {np.spacing(end):.1g} s (the resolution of numbers at this time), or a rate"
         )
     if k == 0.0 and not math.isnan(stretch.start[0]) and free and control[1] < 0.0:
         raise PathError(

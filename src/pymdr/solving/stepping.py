@@ -161,7 +161,9 @@ class Stepper:
             raise ProblemError(f"Stepper: count = {shown(count)}; a whole number of at least 1 is needed")
         check_springs(springs, "Stepper")
         if is_cluster(checked_workers(workers)):
-            raise ProblemError("Stepper: workers are threads of this process; give their number")
+            raise ProblemError(
+                "Stepper: a cluster cannot take steps, because workers are threads of this process; give their number"
+            )
         require_contact(contact, "Stepper")
         self._contact = contact
         self._deepest = float(within_range(deepest, "m", "Stepper: max_indentation", size=True))
@@ -348,7 +350,7 @@ class Stepper:
             If there was no step since the beginning or the last undo.
         """
         if not self._undoable:
-            raise PathError("Stepper.undo: there is no step to take back; only the last one can be")
+            raise PathError("Stepper.undo: there is no step to undo; only the last step can be undone")
         self._moved.undo()
         self._undoable = False
 

@@ -185,7 +185,7 @@ def read_prepared_curves(
     150
     """
     if segment not in _PARTS:
-        raise ProblemError(f"segment = {shown(segment)}; it is one of {', '.join(_PARTS)}")
+        raise ProblemError(f"segment = {shown(segment)}; it must be one of {', '.join(_PARTS)}")
     records: dict[float, list[MeasuredCurve]] = {}
     for curve in read_curves(
         file,
@@ -290,7 +290,7 @@ def read_segment(file: str | os.PathLike[str], segment: str = "record", **option
         If `segment` is none of these, the record has no such part, or the file has several records; and as :func:`read_curves`.
     """
     if segment not in _PARTS:
-        raise ProblemError(f"segment = {shown(segment)}; it is one of {', '.join(_PARTS)}")
+        raise ProblemError(f"segment = {shown(segment)}; it must be one of {', '.join(_PARTS)}")
     parts = read_curves(file, **options)
     if len({one.metadata["record"] for one in parts}) > 1:
         raise ProblemError(

@@ -349,7 +349,9 @@ def read_path(
                 f"channels = {one_each}"
             )
     if not named:
-        raise PathError(f"{file} has no column of {', '.join(CHANNELS[:-1])} or {CHANNELS[-1]}")
+        raise PathError(
+            f"{file} has no column of {', '.join(CHANNELS[:-1])} or {CHANNELS[-1]}; name one so, or give channels"
+        )
     with _named_file(file):
         time = columns.get("time")
         prescribed = {name: columns[name] for name in named}

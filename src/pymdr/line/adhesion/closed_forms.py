@@ -17,7 +17,7 @@ from pymdr.line.adhesion.equivalent_line import as_floats
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.equivalent.panels import PanelLine
 from pymdr.numerics.roots import roots_of
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, metres
 
 _FARTHEST = 1e30
 
@@ -180,8 +180,8 @@ def rigid_pull(line: EquivalentProfile, work: float, strength: float) -> float:
     c = float(solve_width(line, 0.0, 0.5 * np.pi * height, np.zeros(1), upper, outward=True, begin=begin)[0])
     if c >= end and line.edge > line.max_radius:
         raise ProblemError(
-            f"the profile is known only to {end!r} m, where it is below the range {height!r} m of the "
-            "cohesion; extend the profile or raise the strength"
+            f"the profile is known only to {metres(end)}, where it is below the range "
+            f"of the cohesion, {metres(height)}; extend the profile or raise the strength"
         )
     return float(np.pi * c**2 * strength)
 

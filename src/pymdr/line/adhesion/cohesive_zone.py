@@ -26,7 +26,7 @@ from pymdr.line.adhesion.zone_panels import panel_integrals, segment, zone_root
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.equivalent.panels import PanelLine
 from pymdr.numerics.panels import Place, Position, rounded
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, metres
 
 _Index = NDArray[np.intp]
 
@@ -222,8 +222,8 @@ def zone_integrals(
             return result[0], result[1], result[2]
     worst = int(left[0])
     raise ConvergenceError(
-        f"the integrals over the cohesive zone {float(radius[worst])!r} < x < {float(radius[worst] + width[worst])!r} m did "
-        f"not converge (last values {result[:, worst].tolist()}); declare the kinks of the profile as breakpoints"
+        f"the integrals over the cohesive zone from {metres(radius[worst])} to "
+        f"{metres(radius[worst] + width[worst])} did not converge; declare the kinks of the profile as breakpoints"
     )
 
 
@@ -332,7 +332,8 @@ def solve_width(
         settled = (error <= 2e-14) | ((before <= 4.0 * _NOISE) & (error >= 0.5 * before))
         left, before = left[~settled], error[~settled]
     raise ConvergenceError(
-        f"the width of the cohesive zone did not converge (last value {float(width[left[0]])!r} m at {float(fixed[left[0]])!r} m); declare the kinks of the profile as breakpoints"
+        f"the width of the cohesive zone did not converge (last value {metres(width[left[0]])} "
+        f"at {metres(fixed[left[0]])}); declare the kinks of the profile as breakpoints"
     )
 
 
@@ -377,5 +378,6 @@ def _bracketed(
         open_ = np.isinf(hi) | (hi - lo > 1e-9 * hi)
         left = left[(np.abs(new - here) > 1e-7 * here) & ~beyond & open_]
     raise ConvergenceError(
-        f"the gap at the edge of the cohesive zone does not reach its range (last width {float(x[left[0]])!r} m); declare the kinks of the profile as breakpoints"
+        f"the gap at the edge of the cohesive zone does not reach its range (last width "
+        f"{metres(x[left[0]])}); declare the kinks of the profile as breakpoints"
     )

@@ -23,7 +23,7 @@ from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.equivalent.panels import PanelLine
 from pymdr.numerics.panels import Place, Position, rounded
 from pymdr.numerics.table import Table, tabulated
-from pymdr.units import FloatArray
+from pymdr.units import FloatArray, metres
 
 _BRANCHES = 5
 _FEW = 3000
@@ -401,8 +401,8 @@ def maugis_dugdale(line: EquivalentProfile, modulus: float, work: float, strengt
     if first >= end:
         if not np.isfinite(edge):
             raise ProblemError(
-                f"the profile is known only to {end!r} m, but cohesion of range {h0!r} m extends beyond it before "
-                "contact; extend the profile or raise the strength"
+                f"the profile is known only to {metres(end)}, but cohesion of range {metres(h0)} "
+                "extends beyond it before contact; extend the profile or raise the strength"
             )
         height = (2.0 / np.pi) * float(zone_integrals(line, np.zeros(1), np.full(1, edge))[1][0])
         at_edge = max(h0 - 2.0 * k * edge * (1.0 - 2.0 / np.pi) - height, 0.0)

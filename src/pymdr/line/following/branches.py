@@ -78,7 +78,7 @@ def turning_points(
         values = slope(s) * np.sin(theta)
         if not np.all(np.isfinite(values)):
             raise ConvergenceError(
-                f"the slope of the curve is not finite at s = {float(s[~np.isfinite(values)][0])!r}; end the profile below it (max_radius)"
+                f"the slope of the curve is not finite at s = {s[~np.isfinite(values)][0]:.6g}; end the profile below it (max_radius)"
             )
         series = values @ to_coefficients(_SLOPE_NODES).T
         tail = np.max(np.abs(series[:, -3:]), axis=1)
@@ -92,7 +92,7 @@ def turning_points(
         if low.size == 0:
             return _alternating(slope, marks, samples)
     raise ConvergenceError(
-        f"the slope of the curve is not smooth near s = {float(low[0])!r}; give its kinks as knots (breakpoints)"
+        f"the slope of the curve is not smooth near s = {low[0]:.6g}; give its kinks as knots (breakpoints)"
     )
 
 
@@ -222,6 +222,6 @@ def inverse_of(
     if not table.resolved:
         segment, _ = table.first_unresolved()
         raise ConvergenceError(
-            f"the curve is not smooth between s = {float(p[segment])!r} and {float(q[segment])!r}; give its kinks as knots"
+            f"the curve is not smooth between s = {p[segment]:.6g} and {q[segment]:.6g}; give its kinks as knots"
         )
     return Inverse(low, high, np.concatenate(keys), table)
