@@ -7,7 +7,6 @@ import re
 import threading
 from concurrent.futures import ThreadPoolExecutor
 
-import h5netcdf
 import numpy as np
 import pint
 import pytest
@@ -413,7 +412,7 @@ def test_a_save_that_fails_keeps_the_old_file(ball, tmp_path, monkeypatch):
     def fail(*args, **kwargs):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(h5netcdf.File, "create_variable", fail)
+    monkeypatch.setattr(xr.Dataset, "dump_to_store", fail)
     with pytest.raises(mdr.FileError, match="No space left"):
         RESULTS["timed"]().save(target)
     assert target.read_bytes() == before

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
-import math
 import os
 import re
 import tempfile
@@ -28,6 +27,7 @@ from pymdr.units import shown
 if TYPE_CHECKING:
     import xarray as xr
     from pydantic import TypeAdapter
+    from xarray.backends import H5NetCDFStore
 
 FORMAT = "pymdr result 2"
 _PREFIX = "pymdr_path_"
@@ -373,30 +373,15 @@ def _base(name: str) -> str:
 _SUFFIXES = (".nc", ".nc4", ".cdf", ".h5", ".hdf5")
 
 
-def _write_netcdf(dataset: xr.Dataset, file: FilePath) -> None:
-    """Write arrays and attributes; not by ``to_netcdf``, which imports dask and its scheduler where they are installed."""
-    import h5netcdf
-    import h5py
-    from xarray.conventions import encode_dataset_coordinates
+def _store_class() -> type[H5NetCDFStore]:
+    """The store of xarray, without its search for arrays of bytes, of which a result has none, and which imports dask.array."""
+    from xarray.backends import H5NetCDFStore
 
-    variables, attrs = encode_dataset_coordinates(dataset)
-    with h5netcdf.File(file, "w") as netcdf:
-        netcdf.dimensions = dict(dataset.sizes)
-        netcdf.attrs.update(attrs)
-        for name, variable in variables.items():
-            kind, values = variable.dtype.kind, variable.values
-            # NetCDF has no booleans: readers know them by this attribute
-            attributes = {**variable.attrs, "dtype": "bool"} if kind == "b" else variable.attrs
-            values = values.astype({"U": "O", "b": "i1"}.get(kind, values.dtype))
-            written = netcdf.create_variable(
-                str(name),
-                variable.dims,
-                h5py.string_dtype() if kind in "OU" else values.dtype,
-                values,
-                math.nan if kind == "f" else None,
-                compression="gzip" if variable.ndim and str(name).startswith(_ERROR) else None,
-            )
-            written.attrs.update(attributes)
+    class Store(H5NetCDFStore):
+        def encode_variable(self, variable: xr.Variable, name: Any = None) -> xr.Variable:
+            return variable
+
+    return Store
 
 
 def write_dataset(dataset: xr.Dataset, file: str | os.PathLike[str]) -> None:
@@ -406,12 +391,17 @@ def write_dataset(dataset: xr.Dataset, file: str | os.PathLike[str]) -> None:
             f"cannot write {str(file)!r}: results are saved as NetCDF with a name that ends with '.nc'; for a table use "
             "Result.to_csv('ball.csv')"
         )
+    import h5netcdf
+
+    small = {str(name): {"zlib": True} for name in dataset if str(name).startswith(_ERROR)}
 
     def write(temporary: FilePath) -> None:
         marked = dataset.assign_attrs(
             {_CHECKSUM: "SHA-256 of the file up to its last 77 bytes, which hold it"}
         )
-        _write_netcdf(marked, temporary)
+        # not to_netcdf, which imports dask and its scheduler where they are installed
+        with h5netcdf.File(temporary, "w") as netcdf:
+            marked.dump_to_store(_store_class()(netcdf), encoding=small)
         seal = _SEAL + _checksum(temporary, temporary.stat().st_size).encode()
         with temporary.open("ab") as opened:
             opened.write(seal)
