@@ -91,9 +91,19 @@ KINDS = (
     "concave_punch",
     "waviness",
 )
+ELSEWHERE = {
+    "sphere", "sphere_on_sphere", "paraboloid", "cone", "power_law", "flat_punch", "sum", "area_function", "sampled",
+    "interpolated", "force_curve", "worn", "elliptic_paraboloid", "pyramid", "sampled_2d",
+}  # fmt: skip
+"""Kinds that tests of equivalent profiles, curves and shapes compare."""
 SIZES = st.floats(-12.0, 6.0).map(lambda decades: 10.0**decades)
 SHAPES = st.floats(-5.0, 0.3).map(lambda decades: 10.0**decades)
 RATIOS = st.floats(-6.0, math.log10(0.9)).map(lambda decades: 10.0**decades)
+
+
+def test_every_profile_of_the_package_has_a_case():
+    own = {kind for kind, cls in PROFILES.items() if cls.__module__.startswith("pymdr.")}
+    assert own == {*KINDS, *ELSEWHERE}
 
 
 def arguments(kind, rim, top, decades):

@@ -14,7 +14,7 @@ from scipy.special import erfcx
 
 import pymdr as mdr
 from drawing import examples
-from pymdr.problem.codec import case_schema, decode_case, encode
+from pymdr.problem.codec import case_schema, decode_case, encode, tables
 from pymdr.problem.spectra import Fractions, Relaxation, in_series, reciprocal
 from pymdr.solving.zones import zone_relaxation
 from pymdr.workbench.casefile import read_case
@@ -47,6 +47,11 @@ RHEOLOGIES = [
     mdr.PowerLawRheology("1 kPa", "2 s", 0.7),
 ]
 words = pytest.mark.parametrize("rheology", RHEOLOGIES, ids=lambda r: type(r).__name__)
+
+
+def test_every_rheology_of_the_package_is_compared_here():
+    own = {cls for cls in tables.RHEOLOGIES.values() if cls.__module__.startswith("pymdr.")}
+    assert {type(one) for one in RHEOLOGIES} == own
 
 
 def graded(function, end):
