@@ -253,6 +253,7 @@ class Stepper:
         shifts = dict(zip(("shift x", "shift y"), shift, strict=True)) if in_plane else {"shift": shift}
         refuse_malformed("advance", self.count, {name: (each, "m") for name, each in shifts.items()})
 
+    @with_known_arguments
     def compiled(self, *, capacity: int = 64) -> CompiledStep:
         """
         The step as a function that numba compiles into other functions, such as the loop of an integrator.
@@ -299,6 +300,7 @@ class Stepper:
         self._undoable = True
         return compiled_of(self._moved, self._deepest, capacity)
 
+    @with_known_arguments
     def c_header(self, name: str = "contact") -> str:
         """
         The step as a C header, of contacts without a law of the depth alone: the type ``<name>_state`` and ``<name>_advance(&state, d)``.
@@ -340,6 +342,7 @@ class Stepper:
         about = about_rows(self._contact, self.claims, result.assumptions, (), result.cite(), {})
         return step_header(name, about_lines(about), self._deepest, step)
 
+    @with_known_arguments
     def undo(self) -> None:
         """
         Take the last step back; one step can be taken back.
@@ -354,6 +357,7 @@ class Stepper:
         self._moved.undo()
         self._undoable = False
 
+    @with_known_arguments
     def rotate(self, angle: Any) -> None:
         """
         Turn shift, tangential force and springs, for contacts whose plane turns against the frame of the program.
@@ -379,6 +383,7 @@ class Stepper:
             raise
         self._undoable = True
 
+    @with_known_arguments
     def copy(self) -> Self:
         """A stepper in the same state, which moves on its own."""
         other = object.__new__(type(self))
@@ -392,6 +397,7 @@ class Stepper:
             self._contact, self._deepest, self._moved.copied().arrays, self._springs, self._undoable
         )
 
+    @with_known_arguments
     def restore(self, state: StepperState) -> None:
         """
         Continue from a state.
