@@ -196,6 +196,7 @@ _PARAMETERS = {
     "young": "Young's modulus",
     "poisson": "Poisson's ratio",
     "work": "work of adhesion",
+    "work receding": "receding work of adhesion",
     "coefficient": "coefficient of friction",
     "shear": "relaxation in shear",
 }
@@ -211,6 +212,8 @@ def parameter_label(name: str) -> str:
     --------
     >>> parameter_label("counterbody.young")
     "Young's modulus of counterbody"
+    >>> parameter_label("adhesion.work_receding")
+    'receding work of adhesion'
     >>> parameter_label("profile.parts[1].flat_radius")
     'flat radius of part 2'
     """
