@@ -528,3 +528,69 @@ def test_the_shell_animates_a_motion(tmp_path, shell, monkeypatch):
     assert "move.gif" in out
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["move.csv", "move.gif", "move.png"]
     assert (tmp_path / "out" / "move.gif").read_bytes()[:4] == b"GIF8"
+
+
+def random_machine(rng):
+    """A slider, three linked coordinates or a chain, from nm to m, with springs, drives and friction."""
+    length, young = 10.0 ** rng.uniform(-9, 0), 10.0 ** rng.uniform(3, 11)
+    body, shape = mdr.Elastic(young, 0.5), rng.choice([0, 1])
+    profile = mdr.Paraboloid(length) if shape else mdr.Cone(slope=0.1)
+    mu = rng.choice([0.0, 10.0 ** rng.uniform(-1.5, 0.5)])
+    contact = mdr.Contact(profile, body, friction=mdr.Coulomb(mu) if mu else None)
+    depth, m = 1e-3 * length, 1e3 * length**3
+    k = 2 * mdr.effective_moduli(body).normal * math.sqrt(length * depth)
+    period, (a, b, c, d) = math.sqrt(m / k), rng.uniform(0.2, 2, 4)
+    if rng.random() < 0.5:
+        bodies = [
+            mdr.Mass("z", m, 0.1 * a * depth, -b * depth / period),
+            mdr.Mass("x", m, 0, c * depth / period),
+            mdr.Drive("d", 0, 0.1 * depth / period, d * depth, 0.2 / period),
+        ]
+        links = [
+            mdr.Joint(contact, "z", "x", indentation=0.5 * depth),
+            mdr.Spring(("x", "d"), a * k, 0.1 * b * m / period),
+            mdr.Force("z", c * k * depth, 0.5 * k * depth, 0.3 / period),
+        ]
+    else:
+        speeds = rng.uniform(-1, 1, 3) * depth / period
+        bodies = [mdr.Mass(f"b{i}", m * b, velocity=v) for i, v in enumerate(speeds)]
+        links = [
+            mdr.Joint(contact, (f"b{i}", f"b{i + 1}"), name=f"c{i}", indentation=(c - i) * depth)
+            for i in (0, 1)
+        ]
+        links.append(mdr.Spring("b0", a * k))
+    return mdr.Machine(bodies, links), rng.uniform(3, 20) * period
+
+
+def covers(seed):
+    """Whether the stated errors cover the distances from the motion in steps an eighth as long, in all rows."""
+    rng = np.random.default_rng(seed)
+    machine, span = random_machine(rng)
+    motion = mdr.move(machine, span, steps=40, accuracy=10.0 ** rng.uniform(-5, -2))
+    mapped = {joint.contact: map_contact(joint.contact) for joint in machine.joints}
+    system = system_of(machine, mapped, dict.fromkeys(mapped, math.inf))
+    true = follow_motion(system, span / motion.data.attrs["steps"] / 8, 40, motion.data.attrs["steps"] // 5)
+    columns = {"position": true.position, "indentation": true.joints[:, :, 0]}
+    columns |= {"normal_force": true.joints[:, :, 2], "contact_radius": true.joints[:, :, 4]}
+    columns |= {name: true.energies[:, i] for i, name in enumerate(ENERGIES)}
+    if "shift" in motion.data:
+        columns["tangential_force"] = true.joints[:, :, 3]
+        assert motion.claims["stick_radius"].error is None
+        assert "jumps where slip reverses" in motion.claims["stick_radius"].reason
+    for name in columns.keys() & motion.data.keys():
+        ours = motion.data[name].values.reshape(41, -1)
+        size = np.abs(ours).max(axis=0)
+        off = np.abs(ours - columns[name].reshape(41, -1)) / np.where(size > 0.0, size, 1.0)
+        stated = motion.claims[name].error
+        if stated is not None:
+            assert np.all(off.max(axis=1) <= stated + 1e-11), (seed, name)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_stated_errors_cover_the_true_ones(seed):
+    covers(seed)
+
+
+def test_stated_errors_cover_the_true_ones_of_many_machines():
+    for seed in range(100, 220):
+        covers(seed)

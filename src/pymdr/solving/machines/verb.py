@@ -10,6 +10,7 @@ import numpy as np
 
 from pymdr.errors import ConvergenceError, PathError, ProblemError
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
+from pymdr.line.friction import evaluate
 from pymdr.line.motion import Followed, System, follow_motion
 from pymdr.line.motion.driver import Outcome
 from pymdr.problem.contact import Contact
@@ -63,7 +64,7 @@ def interpret(machine: Machine, system: System, run: Run) -> Motion:
     return Motion(
         machine=machine,
         data=dataset(variables, coords=coords, attrs={"steps": run.fine.steps}),
-        claims=_claims(machine, run, values, before),
+        claims=_claims(machine, system, run, (values, before)),
         assumptions=(balance,),
         notes=_notes(system, run),
         references=_SOURCES,
@@ -97,11 +98,14 @@ def _quantities(
 
 
 def _claims(
-    machine: Machine, run: Run, values: Mapping[str, FloatArray], before: Mapping[str, FloatArray]
+    machine: Machine,
+    system: System,
+    run: Run,
+    results: tuple[Mapping[str, FloatArray], Mapping[str, FloatArray]],
 ) -> dict[str, Claim]:
     """The claims of the contacts at their deepest, with the errors of the integration."""
     of_contacts = [Stepper(contact, depth).claims for contact, depth in _deepest(machine, run.fine).items()]
-    everywhere = np.ones(run.time.size, dtype=bool)
+    everywhere, (values, before) = np.ones(run.time.size, dtype=bool), results
     claims = {}
     for name, array in values.items():
         own = [_claim_for(name, claims_of) for claims_of in of_contacts]
@@ -109,13 +113,45 @@ def _claims(
         source = "; ".join(dict.fromkeys([*(claim.source for claim in own), SOURCES["gonzalez"]]))
         level = max((claim.level for claim in own), key=list(Level).index, default=Level.EXACT)
         errors = [math.nan if claim.error is None else float(np.max(claim.error)) for claim in own]
-        known = not any(map(math.isnan, errors))
-        error = max(errors, default=0.0) + _changes(array, before[name]) if known else None
+        change = _change_of(name, array, before[name], system, run)
+        known = change is not None and not any(map(math.isnan, errors))
+        error = max(errors, default=0.0) + change if known and change is not None else None
         counted = (
             f"{run.fine.steps} steps; errors by halving them, relative to the largest value of the motion"
         )
+        if change is None:
+            level = max(level, Level.APPROXIMATE, key=list(Level).index)
+            counted = "it jumps where slip reverses; rows nearer to a jump than the error of its time may lie on the other side"
         claims[name] = Claim(level, f"{reason}; {counted}", source, everywhere, error)
     return claims
+
+
+def _change_of(
+    name: str, fine: FloatArray, coarse: FloatArray, system: System, run: Run
+) -> FloatArray | None:
+    """The error of every row of a quantity by the last halving, relative to its largest value; None if it jumps in time."""
+    if name == "stick_radius":
+        return None
+    size = _size(fine)
+    if name != "contact_radius":
+        # the largest of all rows, because the difference changes sign
+        return np.full(len(fine), np.max(np.abs(fine - coarse) / size))
+    # the radius of a touch rises infinitely fast, the indentation does not
+    depth = run.fine.joints[:, :, 0]
+    change = np.abs(depth - run.coarse.joints[:, :, 0]).max(axis=0)
+    ends = [
+        np.column_stack(
+            [evaluate(curves, d)[0] for curves, d in zip(system.joints.curves, at.T, strict=True)]
+        )
+        for at in (np.minimum(depth + change, depth.max(axis=0)), depth - change)
+    ]
+    return np.asarray(((ends[0] - ends[1]) / size).max(axis=1))
+
+
+def _size(values: FloatArray) -> FloatArray:
+    """Largest value of the motion of every body or joint; 1 where all are 0."""
+    size = np.abs(values).max(axis=0)
+    return np.where(size > 0.0, size, 1.0)
 
 
 def _claim_for(name: str, claims: Mapping[str, Claim]) -> Claim:
@@ -130,14 +166,6 @@ def _deepest(machine: Machine, followed: Followed) -> dict[Contact, float]:
         if depth > 0.0:
             deepest[joint.contact] = max(float(depth), deepest.get(joint.contact, 0.0))
     return deepest
-
-
-def _changes(fine: FloatArray, coarse: FloatArray) -> FloatArray:
-    """Largest change of every row by the last halving so far, relative to the largest value of the motion."""
-    fine, coarse = fine.reshape(len(fine), -1), coarse.reshape(len(coarse), -1)
-    size = np.abs(fine).max(axis=0)
-    change = np.abs(fine - coarse) / np.where(size > 0.0, size, 1.0)
-    return np.asarray(np.maximum.accumulate(change.max(axis=1)))
 
 
 def fastest(system: System, followed: Followed) -> float:
