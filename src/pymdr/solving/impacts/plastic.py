@@ -106,24 +106,28 @@ def loading_to(ball: Ball, mass: float, speed: FloatArray) -> tuple[Potential, F
 def unloading_from(ball: Ball, largest: float) -> Potential:
     """The energy that unloading returns, over the indentation above the residual one in m."""
     m = np.array(largest)
-    start = float(ball.residual(m))
+    start, scale, line = float(ball.residual(m)), float(ball.scale(m)), ball.line(m)
 
     def at(s: FloatArray) -> Along:
-        d = start + s
-        return Along(s, np.ones(s.shape), ball.force(d, m), ball.elastic_energy(d, m))
+        d, within = start + s, s / scale
+        energy = ball.elastic_energy(d, m) if ball.walled else scale * line.energy(within)
+        return Along(s, np.ones(s.shape), line.force(within) * ball.wall(d), energy)
 
     return Potential(at)
 
 
-def contact_time(ball: Ball, loading: Potential, mass: float, largest: float) -> float:
-    """The contact time in s of an impact to a largest indentation in m."""
-    length = largest - float(ball.residual(np.array(largest)))
-    total = 0.0
-    for potential, end in ((loading, largest), (unloading_from(ball, largest), length)):
-        deepest = np.array([end])
-        half = depths_of_energy(potential, 0.5 * potential.along(deepest).energy, end)
-        total += 0.5 * float(contact_times(potential, mass, half, deepest)[0])
-    return total
+def contact_times_to(ball: Ball, loading: Potential, mass: float, largest: FloatArray) -> FloatArray:
+    """The contact times in s of impacts to largest indentations in m."""
+
+    def half_times(potential: Potential, deepest: FloatArray) -> FloatArray:
+        half = depths_of_energy(potential, 0.5 * potential.along(deepest).energy, float(deepest.max()))
+        return 0.5 * contact_times(potential, mass, half, deepest)
+
+    back = [
+        half_times(unloading_from(ball, most), np.array([length]))[0]
+        for most, length in zip(largest.tolist(), (largest - ball.residual(largest)).tolist(), strict=True)
+    ]
+    return half_times(loading, largest) + np.array(back)
 
 
 class Back(NamedTuple):

@@ -27,7 +27,7 @@ from pymdr.result import Result
 from pymdr.solving.colliding import Course, collide, contact_times, stopping_depths
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.impacts.interpreting import NOT_MEASURED, of_shape, slow
-from pymdr.solving.impacts.plastic import contact_time, impacting, loading_to, parted
+from pymdr.solving.impacts.plastic import contact_times_to, impacting, loading_to, parted
 from pymdr.solving.impacts.value import Restitution, above, coefficient_of
 from pymdr.solving.mapped import map_to_springs
 from pymdr.solving.rebounding import followed, motion_at
@@ -184,7 +184,7 @@ def _many_plastic(contact: Contact, mass: float, speed: FloatArray) -> _Many:
 
     def followed(logarithm: FloatArray) -> FloatArray:
         _, depths = loading_to(ball, mass, np.minimum(np.exp(logarithm), speed.max()))
-        return np.log([[contact_time(ball, loading, mass, float(d)) for d in depths]])
+        return np.log(contact_times_to(ball, loading, mass, depths))[None]
 
     knots = 0.5 * np.log(2.0 * loading.along(np.array(loading.knots)).energy / mass)
     time = np.exp(at_many(followed, np.log(speed), knots)[0])
