@@ -127,7 +127,7 @@ def contact_times_to(ball: Ball, loading: Potential, mass: float, largest: Float
         half_times(unloading_from(ball, most), np.array([length]))[0]
         for most, length in zip(largest.tolist(), (largest - ball.residual(largest)).tolist(), strict=True)
     ]
-    return half_times(loading, largest) + np.array(back)
+    return np.asarray(half_times(loading, largest) + np.array(back))
 
 
 class Back(NamedTuple):
