@@ -21,6 +21,7 @@ import pymdr as mdr
 from drawing import examples
 from pymdr.errors import CaseError, FileError, ProblemError, QuantityError, UnitError
 from pymdr.problem.codec import decode_contact
+from pymdr.solving.fits.best import least_of_rising
 from pymdr.solving.fits.estimating import estimated, search_of
 from pymdr.solving.fits.forces import forces_of, modelled
 from pymdr.solving.fits.minimizing import samples_off_jumps
@@ -714,3 +715,17 @@ def test_an_interval_of_several_times_its_value_is_noted():
         assert fitted[name].high > 4.0 * fitted[name].low
         assert any(f"{name} is hardly determined" in note for note in fitted.notes)
     assert fitted["body.shear.modulus"].high < 2000.0
+
+
+@pytest.mark.parametrize("free", [["body.young"], ["body.young", "tilt"]])
+def test_no_contact_without_adhesion_fits_better_than_the_bound(free):
+    # with it an adhesion that the record shows is accepted without a fit of the contact without adhesion
+    body, ball = mdr.Elastic("10 kPa", 0.5), mdr.Paraboloid("5 um")
+    depth = np.concatenate([np.linspace(-1e-6, 1e-6, 150), np.linspace(1e-6, -1.5e-6, 150)])
+    for work in (0.0, 1e-6, 1e-4):
+        made = mdr.Contact(ball, body, adhesion=mdr.JKR(work) if work else None)
+        force = mdr.solve(made, mdr.Path(indentation=depth))["normal_force"].values
+        force = force + 2e-10 * np.random.default_rng(3).normal(size=force.size) + 1e-4 * depth
+        curve = mdr.MeasuredCurve(force=force, indentation=depth)
+        bare = mdr.fit(mdr.Contact(ball, body), curve, free)
+        assert 0.0 < least_of_rising(bare.search) < float((bare.data["residual"].values ** 2).sum())

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pymdr.mapping.equivalent import EquivalentProfile
-from pymdr.numerics.panels import Place, Position, rounded
+from pymdr.numerics.panels import BoolArray, Place, Position, rounded
 from pymdr.units import FloatArray
 
 
@@ -69,7 +69,7 @@ class Curve(Protocol):
     def overlap_radius(self, depth: float) -> float:
         """The largest radius in m at which the bodies would overlap if they were shifted by a depth in m."""
 
-    def rough_radius(self, reached: Callable[[float, float], bool]) -> float:
+    def rough_radius(self, reached: Callable[[FloatArray, FloatArray], BoolArray]) -> float:
         """A radius a in m near which ``reached(a, d0)`` becomes true, going outward."""
 
 
@@ -241,7 +241,7 @@ class ElasticLine(Profiled):
         """The largest radius in m at which the bodies would overlap if they were shifted by a depth in m."""
         return self.equivalent.overlap_radius(depth)
 
-    def rough_radius(self, reached: Callable[[float, float], bool]) -> float:
+    def rough_radius(self, reached: Callable[[FloatArray, FloatArray], BoolArray]) -> float:
         """A radius x in m near which ``reached(x, g(x))`` becomes true, going outward."""
         return self.equivalent.rough_radius(reached)
 

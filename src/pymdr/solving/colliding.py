@@ -163,11 +163,7 @@ def contact_times(potential: Potential, mass: float, half: FloatArray, deepest: 
 
 def first_depth(line: ElasticLine, energy: float) -> float:
     """A start in m for the search of a depth that stores an energy in J."""
-
-    def stores_enough(a: float, d0: float) -> bool:
-        return bool(line.energy(np.array([a]))[0] >= energy)
-
-    a = min(line.rough_radius(stores_enough), line.edge, 0.5 * line.max_radius)
+    a = min(line.rough_radius(lambda a, _: line.energy(a) >= energy), line.edge, 0.5 * line.max_radius)
     d = float(line.depth(np.array([a]))[0])
     return d if 0.0 < d < math.inf else a
 

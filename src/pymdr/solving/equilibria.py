@@ -74,7 +74,7 @@ class AdhesiveLine:
     def _first_radius(self) -> float:
         """Approximate contact radius in m without load, where d0 is the opening of the edge."""
         line, work = self.line, self.law.work
-        radius = line.rough_radius(lambda a, d0: d0 >= float(jkr_opening(line, a, work)))
+        radius = line.rough_radius(lambda a, d0: d0 >= jkr_opening(line, a, work))
         if radius < _FAINTEST:
             raise self._faint()
         return radius

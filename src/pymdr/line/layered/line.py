@@ -27,7 +27,7 @@ from pymdr.line.layered.equation import WIDEST, Outline, Solved, solve_contact
 from pymdr.line.layered.tables import DEPTH, EDGE, ENERGY, FORCE, STIFFNESS, Limit, Table
 from pymdr.mapping.equivalent import EquivalentProfile, equivalent_profile
 from pymdr.mapping.layers import Kernel
-from pymdr.numerics.panels import Place, Position, as_place, rounded
+from pymdr.numerics.panels import BoolArray, Place, Position, as_place, rounded
 from pymdr.numerics.roots import rising_root
 from pymdr.problem.profiles import FlatPunch
 from pymdr.units import FloatArray
@@ -162,7 +162,7 @@ class LayeredLine(Profiled):
         touching = float(self.place(depth).x)
         return max(self.equivalent.overlap_radius(depth), min(touching, self.edge, self.max_radius))
 
-    def rough_radius(self, reached: Callable[[float, float], bool]) -> float:
+    def rough_radius(self, reached: Callable[[FloatArray, FloatArray], BoolArray]) -> float:
         """A radius a in m near which ``reached(a, d0)`` becomes true, going outward."""
         return self.table.rough_radius(reached)
 

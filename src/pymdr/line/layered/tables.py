@@ -271,13 +271,13 @@ class Table:
         shape = np.shape(target)
         return Place(places.base.reshape(shape), places.offset.reshape(shape))
 
-    def rough_radius(self, reached: Callable[[float, float], bool]) -> float:
+    def rough_radius(self, reached: Callable[[FloatArray, FloatArray], BoolArray]) -> float:
         """A radius in m near which ``reached(a, d0)`` becomes true, going outward; that of the widest contact if never."""
         bounds = self.bounds(WIDEST * self.thickness)
         a = 0.0
         for bound in bounds[bounds <= WIDEST * self.thickness].tolist():
             a = (1.0 - _SHORT) * bound
-            if reached(a, float(self._at_bound(bound)[0])):
+            if reached(np.array(a), self._at_bound(bound)[0]):
                 break
         return a
 

@@ -111,7 +111,7 @@ class EquivalentProfile(ABC):
         """The largest radius in m at which the bodies would overlap if they were shifted by a depth in m."""
         return min(float(self.inverse(depth)), self.edge, self.max_radius)
 
-    def rough_radius(self, reached: Callable[[float, float], bool]) -> float:
+    def rough_radius(self, reached: Callable[[FloatArray, FloatArray], BoolArray]) -> float:
         """A radius x in m near which ``reached(x, g(x))`` becomes true, going outward; where a search may begin."""
         return 1.0
 

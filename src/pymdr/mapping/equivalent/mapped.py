@@ -411,14 +411,13 @@ class MappedProfile(EquivalentProfile):
         radii = np.append(slope.panels.start[-96::2], self.front)
         return self._search.up(radii, lambda x, g, m: (g if which == "g" else m) > _ROUGH * target)
 
-    def rough_radius(self, reached: Callable[[float, float], bool]) -> float:
+    def rough_radius(self, reached: Callable[[FloatArray, FloatArray], BoolArray]) -> float:
         """A radius x in m near which ``reached(x, g(x))`` becomes true, going outward."""
         if self.source.known_everywhere:
             r = self._end * 2.0 ** -np.arange(0.0, 40.0, 0.25)[::-1]
-            return next(
-                (x for x, g in zip(r.tolist(), self.g(r).tolist(), strict=True) if reached(x, g)), self._end
-            )
-        return self._search.climb(_SMALLEST, lambda x, g, m: reached(x, g))
+            there = np.flatnonzero(reached(r, self.g(r)))
+            return float(r[there[0]]) if there.size else self._end
+        return self._search.climb(_SMALLEST, lambda x, g, m: bool(reached(np.array(x), np.array(g))))
 
     @property
     def _search(self) -> Search:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from pymdr.mapping.closure.polyline import Polyline
 from pymdr.mapping.equivalent.base import EquivalentProfile
-from pymdr.numerics.panels import Place, Position, as_place
+from pymdr.numerics.panels import BoolArray, Place, Position, as_place
 from pymdr.units import FloatArray
 
 _STEEP = 1e-12
@@ -147,12 +147,10 @@ class PolygonLine(EquivalentProfile):
         """The corners."""
         return tuple(self.x[1:-1].tolist())
 
-    def rough_radius(self, reached: Callable[[float, float], bool]) -> float:
+    def rough_radius(self, reached: Callable[[FloatArray, FloatArray], BoolArray]) -> float:
         """The first corner at which it is reached, or the last one."""
-        for x, depth in zip(self.x[1:].tolist(), self.depth[1:].tolist(), strict=True):
-            if reached(x, depth):
-                return float(x)
-        return self.max_radius
+        there = np.flatnonzero(reached(self.x[1:], self.depth[1:]))
+        return float(self.x[1 + there[0]]) if there.size else self.max_radius
 
 
 def polygon_of(stiffness: Polyline, modulus: float) -> PolygonLine:

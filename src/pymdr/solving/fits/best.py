@@ -275,6 +275,29 @@ def refuse_few(search: Search, models: Sequence[Modelled]) -> None:
         )
 
 
+def least_of_rising(search: Search) -> float:
+    """The smallest misfit in N^2 of forces that do not fall along the record, as without adhesion, whatever the contact point and the baseline."""
+    from scipy.optimize import isotonic_regression, minimize_scalar
+
+    least = 0.0
+    for i, curve in enumerate(search.measured):
+        used = search.used[i] if search.used else np.ones(curve.force.size, dtype=bool)
+        place, force = curve.position[used], curve.force[used]
+        order = np.argsort(place)
+        place, force = place[order], force[order]
+
+        def misfit(tilt: float, place: FloatArray = place, force: FloatArray = force) -> float:
+            upright = force - tilt * place
+            return float(((upright - isotonic_regression(upright).x) ** 2).sum())
+
+        if TILT in search.known:
+            least += misfit(search.known[TILT])
+        else:  # a convex function of the tilt
+            slope = float(np.ptp(force) / np.ptp(place))
+            least += float(minimize_scalar(lambda t, of=misfit, unit=slope: of(t * unit)).fun)
+    return least
+
+
 def refuse_unseen(search: Search, misfit: float, best: FloatArray) -> None:
     """Refuse an adhesion, or a finite friction, without which the record fits as well."""
     law, effect = ("friction", "slip") if search.shears else ("adhesion", "adhesion")
@@ -288,6 +311,12 @@ def refuse_unseen(search: Search, misfit: float, best: FloatArray) -> None:
     )
     bare = replace(search, contact=contact, unknowns=without)
     samples = search.residuals(best).size
+    if (
+        law == "adhesion"
+        and not search.contact.is_viscoelastic
+        and least_of_rising(search) > misfit * (1.0 + 2.0 * SEEN / samples)
+    ):
+        return
     try:
         larger = (
             best_end(bare, _FINE_ENOUGH * SEEN / samples).misfit
