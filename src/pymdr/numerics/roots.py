@@ -61,9 +61,11 @@ def roots_of(
         best, least = np.where(nearer, a, b), np.where(nearer, f, g)
         width, tolerance = np.abs(b - a), np.abs(best) * _RELATIVE + 4.0 * _TINY
         exact = np.abs(least) <= _TINY
-        lost = ~exact & ((np.sign(f) == np.sign(g)) | ~np.isfinite(width) | (np.isnan(f) & np.isnan(g)))
-        if lost.any():
-            active, best = active[lost], np.full(1, np.nan)
+        unbracketed = ~exact & (
+            (np.sign(f) == np.sign(g)) | ~np.isfinite(width) | (np.isnan(f) & np.isnan(g))
+        )
+        if unbracketed.any():
+            active, best = active[unbracketed], np.full(1, np.nan)
             break
         closed = exact | (width < tolerance)
         roots[active[closed]] = best[closed]
