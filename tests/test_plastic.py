@@ -356,6 +356,8 @@ def test_travel_and_tension_are_followed_to_their_folds(stiffness):
     assert "does not hold the prescribed tension" in loaded.summary()
     assert loaded.claims["normal_force"].where.tolist() == [True] * (loaded.data.sizes["step"] - 1) + [False]
     assert float(loaded["dissipated_energy"][-1]) > float(loaded["dissipated_energy"][-2])
+    with pytest.raises(mdr.NotValidError, match="does not hold a prescribed tension"):
+        mdr.solve(contact, mdr.load("-1 N"))["normal_force"]
 
 
 STICKY = mdr.Contact(

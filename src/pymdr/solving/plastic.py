@@ -12,7 +12,7 @@ import scipy
 
 from pymdr.errors import NotValidError, PathError, ProblemError
 from pymdr.interpretation.plastic import NO_FIELDS, plastic_assumptions, plastic_claims
-from pymdr.interpretation.validity import NORMAL_FIELDS
+from pymdr.interpretation.validity import NORMAL_FIELDS, Claim
 from pymdr.line.foundation import mean_pressure
 from pymdr.line.plastic import (
     DEEPEST,
@@ -210,6 +210,15 @@ def _refuse_too_deep(ball: Ball, stretch: Stretch, targets: FloatArray) -> NoRet
     )
 
 
+def _where_known(claim: Claim, column: FloatArray) -> Claim:
+    """A claim without the rows after a pull-off under a prescribed tension."""
+    known = ~np.isnan(column)
+    if known.all():
+        return claim
+    reason = f"{claim.reason}; the contact does not hold a prescribed tension after its pull-off"
+    return replace(claim, reason=reason, where=claim.where & known)
+
+
 def _with_claims(task: Task, ball: Ball, walked: Walked[_Rows]) -> tuple[Walked[_Rows], Interpretation]:
     """Step 3: quantities, claims and assumptions of every row."""
     contact, rows = task.contact, walked.rows
@@ -239,7 +248,7 @@ def _with_claims(task: Task, ball: Ball, walked: Walked[_Rows]) -> tuple[Walked[
         del columns["apparent_radius"]
     claims = plastic_claims(body, contact.adhesion is not None, prescribed_rows(task), rows.indentation.size)
     claims = {
-        name: replace(claim, where=~np.isnan(columns[name])) if name in columns else claim
+        name: _where_known(claim, columns[name]) if name in columns else claim
         for name, claim in claims.items()
         if name in columns or not claim.readable
     }
