@@ -161,22 +161,6 @@ def test_many_contacts_are_each_like_one():
     assert many.tangential_force.tolist() == last.tangential_force.tolist()
 
 
-def test_threads_share_contacts():
-    """Also more threads than contacts; copies move on their own."""
-    rng = np.random.default_rng(4)
-    contact = ball()
-    many, alone = (mdr.Stepper(contact, "10 um", count=5, springs=16, workers=n) for n in (7, 1))
-    for _ in range(6):
-        move = np.abs(rng.normal(0.0, 4e-6, 5)).clip(0.0, 1e-5), rng.normal(0.0, 1e-6, (2, 5))
-        rows = [stepper.advance(move[0], tuple(move[1])) for stepper in (many, alone)]
-        assert all(np.array_equal(one, other) for one, other in zip(*rows, strict=True))
-    copied = many.copy()
-    copied.advance(1e-6, (0.0, 0.0))
-    assert np.array_equal(many.tangential_force, alone.tangential_force)
-    with pytest.raises(mdr.ProblemError, match="workers = 0"):
-        mdr.Stepper(contact, "10 um", workers=0)
-
-
 def test_claims_state_the_error_of_the_springs():
     claim = mdr.Stepper(ball(), "10 um", springs=16).claims["tangential_force"]
     assert claim.level is mdr.Level.APPROXIMATE

@@ -142,3 +142,29 @@ def test_stick_radii_in_the_plane_are_known_to_the_distance_of_two_springs(seed)
     largest = float(result["contact_radius"].max())
     assert f"the stick radius by {1.0 / springs_of(result):.1e} of" in result.claims["stick_radius"].reason
     assert np.abs(rows - result["stick_radius"].values).max() < largest / springs_of(result)
+
+
+@pytest.mark.parametrize(
+    "kind", first_of(("friction", "plane", "hysteresis", "adhesion", "plastic", "no slip", "memory"))
+)
+def test_threads_share_contacts(kind):
+    """Also more threads than contacts, stacks that grow and edges that jump; copies move on their own."""
+    rng = np.random.default_rng(3)
+    contact, deepest = random_contact(kind, rng, 1e-2, 1e-5), 1e-5
+    given = {"count": 5, "springs": 16 if kind == "plane" else None}
+    many, alone = (mdr.Stepper(contact, deepest, workers=n, **given) for n in (7, 1))
+    for row in range(80):
+        # the range falls, so that the turning points of some contacts stay in their stacks
+        depth = 5e-6 + 5e-6 * rng.uniform(0.8, 1.0, 5) * (-1.0) ** row * (1.0 - row / 80.0)
+        depth[:2] = rng.uniform(-2e-5, 1e-5, 2)
+        shift = 1e-6 * (1.0 - row / 80.0) * (-1.0) ** row * rng.uniform(0.9, 1.0, (2, 5))
+        move = (depth, tuple(shift) if kind == "plane" else shift[0], 0.1)
+        rows = [stepper.advance(*move) for stepper in (many, alone)]
+        assert all(np.array_equal(one, other) for one, other in zip(*rows, strict=True))
+    for name in NAMES:
+        assert np.array_equal(getattr(many, name), getattr(alone, name)), name
+    copied = many.copy()
+    copied.advance(1e-6, (0.0, 0.0) if kind == "plane" else 0.0, 0.1)
+    assert np.array_equal(many.normal_force, alone.normal_force)
+    with pytest.raises(mdr.ProblemError, match="workers = 0"):
+        mdr.Stepper(contact, deepest, workers=0)

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from copy import copy
+from itertools import pairwise
 from typing import Any, Self
 
 import numpy as np
@@ -20,6 +23,23 @@ NOW, BEFORE = range(2)
 """Second index of what contacts remember: after the last step, and before it."""
 
 
+Part = tuple[int, int]
+"""Contacts from one up to another."""
+
+
+class Threads:
+    """Parts of several contacts, each of which a thread moves by a kernel that holds no lock of the interpreter."""
+
+    def __init__(self, count: int, workers: int) -> None:
+        self._pool = ThreadPoolExecutor(workers) if workers > 1 else None
+        self.parts: list[Part] = list(pairwise(np.linspace(0, count, workers + 1).astype(int).tolist()))
+
+    def run(self, kernel: Callable[[Part], Any], parts: list[Part] | None = None) -> list[Any]:
+        """What a kernel returns of all parts, or of some."""
+        parts = self.parts if parts is None else parts
+        return list(map(kernel, parts) if self._pool is None else self._pool.map(kernel, parts))
+
+
 class Moved(ABC):
     """
     Contacts of one body; quantities are arrays of the shape (count,).
@@ -30,6 +50,8 @@ class Moved(ABC):
 
     arrays: tuple[np.ndarray, ...]
     """All that the contacts remember: their number is the first index, NOW and BEFORE are the second."""
+    threads: Threads
+    """By which compiled kernels move them together."""
 
     @property
     def count(self) -> int:
@@ -189,6 +211,15 @@ class OnNormal(WithoutAdhesion, Moved):
     def arrays(self, arrays: tuple[np.ndarray, ...]) -> None:
         one, other, *normal = arrays
         self._own, self.normal.arrays = (one, other), tuple(normal)
+
+    @property
+    def threads(self) -> Threads:
+        """By which compiled kernels move them together."""
+        return self.normal.threads
+
+    @threads.setter
+    def threads(self, threads: Threads) -> None:
+        self.normal.threads = threads
 
     def copied(self) -> Self:
         """The same contacts, which move on their own."""

@@ -59,11 +59,9 @@ class Resting(NamedTuple):
     """Their curves."""
 
 
-def moving_of(
-    contact: Contact, deepest: float, count: int, springs: int | None = None, workers: int = 1
-) -> Moving:
+def moving_of(contact: Contact, deepest: float, count: int, springs: int | None = None) -> Moving:
     """
-    Contacts that have not touched, whose curves reach down to an indentation in m; of a number of springs, if it is given, moved by a number of threads in the plane.
+    Contacts that have not touched, whose curves reach down to an indentation in m; of a number of springs, if it is given.
 
     Raises
     ------
@@ -80,7 +78,7 @@ def moving_of(
     if contact.plastic is not None and springs is None:
         return _yielding(contact, deepest, count)
     if springs is not None:
-        return _in_plane(contact, deepest, count, springs, workers)
+        return _in_plane(contact, deepest, count, springs)
     if contact.adhesion is None:
         return _stacks(contact, deepest, count)
     if contact.adhesion.has_hysteresis:
@@ -124,7 +122,7 @@ def _stacks(contact: Contact, deepest: float, count: int) -> Moving:
     return Moving(stacks, pressed >> ramp(shift=0.1 * deepest) if friction else pressed)
 
 
-def _in_plane(contact: Contact, deepest: float, count: int, springs: int, workers: int) -> Moving:
+def _in_plane(contact: Contact, deepest: float, count: int, springs: int) -> Moving:
     if contact.friction is None or contact.adhesion is not None:
         raise ProblemError(
             "Stepper: springs are those of friction in the plane or of bodies with memory; give Contact(..., friction=Coulomb(0.3)), or leave "
@@ -138,7 +136,7 @@ def _in_plane(contact: Contact, deepest: float, count: int, springs: int, worker
     radius = float(states_at_depth(mapped.line, np.array([deepest])).contact_radius[0])
     part = 0.1 * deepest
     path = indent(deepest) >> ramp(shift=(part, 0.0)) >> ramp(shift=(part, part))
-    return Moving(PlaneContacts(law, Springs.along(mapped.line, radius, springs), normal, workers), path)
+    return Moving(PlaneContacts(law, Springs.along(mapped.line, radius, springs), normal), path)
 
 
 def _yielding(contact: Contact, deepest: float, count: int) -> Moving:

@@ -11,7 +11,7 @@ import numpy as np
 
 from pymdr.errors import PathError, ProblemError, PymdrError, RefusedError
 from pymdr.interpretation.validity import Claim, approximated
-from pymdr.line.moved import Moved
+from pymdr.line.moved import Moved, Threads
 from pymdr.line.plane import PlaneContacts
 from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.options import with_known_arguments
@@ -100,7 +100,7 @@ class Stepper:
         Number of springs up to the largest contact radius, 8 to 4096. For elastic bodies with friction it is given for shifts (x, y) in the
         plane; by default the shift is along one line, where the memory of friction is a stack. Bodies with memory have 1000, along one line.
     workers : int
-        Threads among which several contacts that move in the plane are divided; others are moved in one.
+        Threads among which several contacts are divided; those with memory of the bodies, and balls that yield with adhesion or grow, are moved in one.
 
     Raises
     ------
@@ -167,7 +167,8 @@ class Stepper:
         require_contact(contact, "Stepper")
         self._contact = contact
         self._deepest = float(within_range(deepest, "m", "Stepper: max_indentation", size=True))
-        self._moved, self._path = moving_of(contact, self._deepest, count, springs, min(workers, count))
+        self._moved, self._path = moving_of(contact, self._deepest, count, springs)
+        self._moved.threads = Threads(count, min(workers, count))
         self._several = count > 1
         self._springs, self._forces = springs, Forces if self._moved.shift.ndim == 1 else PlaneForces
         if (

@@ -127,7 +127,7 @@ class Branches(WithoutShift, Moved):
     def advance_all(self, depth: FloatArray, shift: Any, duration: Any) -> tuple[FloatArray, FloatArray]:
         """The same with all contacts."""
         force = np.empty(depth.shape)
-        self._step_all(self.rows, self.arrays[0], depth, force)
+        self.threads.run(lambda some: self._step_all(self.rows, self.arrays[0], depth, force, some))
         return force, np.zeros(depth.shape)
 
     @property
@@ -246,10 +246,14 @@ class RestingBranches(Branches):
 
     def advance_all(self, depth: FloatArray, shift: Any, duration: Any) -> tuple[FloatArray, FloatArray]:
         """The same with all contacts."""
-        force, first = np.empty(depth.shape), 0
-        while (first := self._step_all(*self.both, self.arrays[0], depth, force, first)) < depth.size:
-            force[first] = self._from_unstable(first, float(depth[first]))
-            first += 1
+        force, parts = np.empty(depth.shape), self.threads.parts
+        every = *self.both, self.arrays[0], depth, force
+        while parts:
+            ends = self.threads.run(lambda some: self._step_all(*every, some), parts)
+            unstable = [(i, end) for i, (_, end) in zip(ends, parts, strict=True) if i < end]
+            for i, _ in unstable:
+                force[i] = self._from_unstable(i, float(depth[i]))
+            parts = [(i + 1, end) for i, end in unstable]
         return force, np.zeros(depth.shape)
 
     def _from_unstable(self, i: int, depth: float) -> float:

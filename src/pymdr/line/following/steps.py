@@ -214,9 +214,11 @@ def step_resting(
 
 
 @_fused.compiled
-def step_all(rows: FloatArray, memory: FloatArray, depth: FloatArray, force: FloatArray) -> None:
-    """Steps of many contacts, as :func:`step`; the forces in N are written."""
-    for i in range(depth.size):
+def step_all(
+    rows: FloatArray, memory: FloatArray, depth: FloatArray, force: FloatArray, some: tuple[int, int]
+) -> None:
+    """Steps of the contacts from one up to another, as :func:`step`; the forces in N are written."""
+    for i in range(some[0], some[1]):
         force[i] = step(rows, memory[i], depth[i])
 
 
@@ -228,11 +230,11 @@ def step_all_resting(
     memory: FloatArray,
     depth: FloatArray,
     force: FloatArray,
-    first: int,
+    some: tuple[int, int],
 ) -> int:
-    """Steps of many contacts, as :func:`step_resting`, from the contact `first` on; the first whose edge is unstable, or their number."""
-    for i in range(first, depth.size):
+    """Steps of the contacts from one up to another, as :func:`step_resting`; the first whose edge is unstable, or that after the last."""
+    for i in range(some[0], some[1]):
         ending, force[i] = step_resting(advancing, receding, edge, memory[i], depth[i], layout.NOWHERE, 0.0)
         if ending != layout.COMPLETE:
             return i
-    return int(depth.size)
+    return some[1]

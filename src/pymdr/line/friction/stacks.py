@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -80,11 +81,12 @@ class Stacks(WithoutAdhesion, Moved):
         finite = np.isfinite(given[1])
         if not finite.all():
             raise PathError(f"Stepper.advance: shift = {given[1][~finite][0]:g} m; a finite value is needed")
-        forces, first, (line, scales) = np.empty(given.shape), 0, self.body
-        while first < self.count:
-            stacks, memory = self.arrays
-            code, first = self._step_all(line, scales, stacks, memory, given, forces, first)
-            if code == layout.STACK_FULL:
+        forces, parts = np.empty(given.shape), self.threads.parts
+        while parts:
+            every: tuple[Any, ...] = (*self.body, *self.arrays, given, forces)
+            ends = self.threads.run(partial(self._step_all, *every), parts)
+            parts = [(at, end) for (_, at), (_, end) in zip(ends, parts, strict=True) if at < end]
+            if parts:  # their next contacts have full stacks
                 self.grow(self._capacity + 1)
         return forces[0], self.moves * forces[1]
 

@@ -92,10 +92,10 @@ def step_all(
     memory: FloatArray,
     given: FloatArray,
     forces: FloatArray,
-    first: int,
+    some: tuple[int, int],
 ) -> tuple[int, int]:
     """
-    Steps of many contacts of one body, from the contact `first` on.
+    Steps of the contacts of one body from one up to another.
 
     Parameters
     ----------
@@ -105,19 +105,21 @@ def step_all(
         Of every contact.
     given, forces : ndarray, shape (2, n)
         Indentation and shift in m; F_N and F_x in N, written.
+    some : tuple of int
+        The first of these contacts, and that after the last.
 
     Returns
     -------
     tuple
         The ending, and the contact at which it ended.
     """
-    for i in range(first, given.shape[1]):
+    for i in range(some[0], some[1]):
         ending, forces[0, i], forces[1, i] = step(
             line, scales, stacks[i], memory[i], given[0, i], given[1, i]
         )
         if ending != layout.COMPLETE:
             return ending, i
-    return layout.COMPLETE, given.shape[1]
+    return layout.COMPLETE, some[1]
 
 
 @fused.compiled
@@ -128,13 +130,13 @@ def step_all_stuck(
     memory: FloatArray,
     given: FloatArray,
     forces: FloatArray,
-    first: int,
+    some: tuple[int, int],
 ) -> tuple[int, int]:
     """As :func:`step_all`, without slip; a program needs one of both, and compiles no other."""
-    for i in range(first, given.shape[1]):
+    for i in range(some[0], some[1]):
         ending, forces[0, i], forces[1, i] = step_stuck(
             line, scales, stacks[i], memory[i], given[0, i], given[1, i]
         )
         if ending != layout.COMPLETE:
             return ending, i
-    return layout.COMPLETE, given.shape[1]
+    return layout.COMPLETE, some[1]

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from concurrent.futures import ThreadPoolExecutor
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -33,11 +31,9 @@ class PlaneContacts(OnNormal):
         Up to the largest contact radius.
     normal : Moved
         The same contacts without friction.
-    workers : int
-        Threads that move them.
     """
 
-    def __init__(self, law: PlaneLaw, springs: Springs, normal: Moved, workers: int = 1) -> None:
+    def __init__(self, law: PlaneLaw, springs: Springs, normal: Moved) -> None:
         from pymdr.line.plane import steps
 
         self._law, self._springs, self.normal = law, springs, normal
@@ -46,9 +42,6 @@ class PlaneContacts(OnNormal):
         scales = np.array([2.0 * law.scale * law.modulus * springs.spacing, law.shift_scale])
         self.body = springs.label.copy(), scales
         self._steps: Any = steps
-        self._pool = ThreadPoolExecutor(workers) if workers > 1 else None
-        ends = np.linspace(0, normal.count, workers + 1).astype(int).tolist()
-        self._parts = list(pairwise(ends))
         count, size = normal.count, springs.label.size
         self._own = (np.zeros((count, 2, 2, size)), np.zeros((count, 2, at.WORK + 1)))
 
@@ -77,10 +70,7 @@ class PlaneContacts(OnNormal):
             )
         normal, _ = self.normal.advance_all(depth, 0.0, None)
         given = *self.body, *self._own, targets, self.slips, forces
-        if self._pool is None:
-            self._steps.step_all(*given, self._parts[0])
-        else:  # the kernel holds no lock of the interpreter
-            list(self._pool.map(lambda some: self._steps.step_all(*given, some), self._parts))
+        self.threads.run(lambda some: self._steps.step_all(*given, some))
         return normal, forces[0], forces[1]
 
     def rotate(self, angle: Any) -> None:

@@ -90,7 +90,8 @@ class YieldingContacts(_Yielding):
         if self.adhesive:
             return super().advance_all(depth, shift, duration)
         force = np.empty(depth.shape)
-        self._steps.step_all(self.body, self.arrays[0], depth, force)
+        every = self.body, self.arrays[0], depth, force
+        self.threads.run(lambda some: self._steps.step_all(*every, some))
         return force, np.zeros(depth.shape)
 
     @property

@@ -83,7 +83,9 @@ def step(ball: FloatArray, memory: FloatArray, depth: float) -> float:
 
 
 @_fused.compiled
-def step_all(ball: FloatArray, memory: FloatArray, depth: FloatArray, force: FloatArray) -> None:
-    """Steps of many contacts, as :func:`step`; the forces in N are written."""
-    for i in range(depth.size):
+def step_all(
+    ball: FloatArray, memory: FloatArray, depth: FloatArray, force: FloatArray, some: tuple[int, int]
+) -> None:
+    """Steps of the contacts from one up to another, as :func:`step`; the forces in N are written."""
+    for i in range(some[0], some[1]):
         force[i] = step(ball, memory[i], depth[i])
