@@ -238,7 +238,7 @@ def test_orders_of_convergence():
         return x**2, x**3 / 3.0
 
     relaxation = mdr.relaxation_of(RUBBER)
-    setting = ZoneSetting(relaxation, 2.0, 1.0, profile, 2.5)
+    setting = ZoneSetting(relaxation, relaxation.rubbery, 2.0, 1.0, profile, 2.5)
     times = np.array([0.0, 2.0, 1e3, *(1e3 + np.linspace(2.0, 40.0, 20))])
     depths = np.array([-1.0, 1.0, 1.0, *(1.0 - 0.1 * np.linspace(2.0, 40.0, 20))])
     forces = []
@@ -300,12 +300,8 @@ def test_claims_hold_beside_eight_times_shorter_steps(monkeypatch, seed):
         assert np.all(np.abs(value - true) <= claimed * size + 1e-12 * size.max()), name
 
 
-@pytest.mark.parametrize("seed", first_of([*range(2, 10), *range(11, 14)], 0))
-def test_claims_hold_for_rows_beside_a_separation(monkeypatch, seed):
-    """Rows from a tenth to 1e-7 of the path on both sides of it: an error of 1 is that of a row within the error of the instant."""
-    from pymdr.line.soft.springs import ZoneLevel
-    from pymdr.solving import soft
-
+def drawn_retreat(seed):
+    """A random contact, its range of attraction, and the depth and speed of its retreat."""
     rng = np.random.default_rng([31, seed])
     moduli = 10.0 ** rng.uniform(-0.5, 1.0, int(rng.integers(1, 3)))
     series = mdr.Prony(0.25, moduli, 10.0 ** rng.uniform(-1.0, 1.0, moduli.size))
@@ -314,7 +310,46 @@ def test_claims_hold_for_rows_beside_a_separation(monkeypatch, seed):
     adhesive = mdr.Contact(
         BALL, mdr.Viscoelastic(series, poisson=0.5), adhesion=mdr.MaugisDugdale(work, range=extent)
     )
-    depth, speed = rng.uniform(0.2, 0.6), 10.0 ** rng.uniform(-1.0, 1.0)
+    return adhesive, extent, rng.uniform(0.2, 0.6), 10.0 ** rng.uniform(-1.0, 1.0)
+
+
+@pytest.mark.parametrize("seed", first_of([3, *range(3), *range(4, 21)]))
+def test_short_rows_beside_a_zone_that_vanishes_take_few_steps(seed):
+    """On all levels: near its end a zone has few nodes."""
+    from pymdr.line.soft.kernels import COUNT
+    from pymdr.line.soft.springs import COARSE, FINE, ROUGH, ZoneSprings
+    from pymdr.solving.zones import zone_relaxation, zone_setting
+
+    adhesive, extent, depth, speed = drawn_retreat(seed)
+    setting = zone_setting(adhesive, zone_relaxation(adhesive, None), {math.inf: depth})
+    shares = np.concatenate([-np.logspace(0.0, -7.0, 15), [0.0], np.logspace(-7.0, -1.0, 13)])
+
+    def followed(level, depths):
+        springs = ZoneSprings(setting, level)
+        control = np.concatenate([[-extent], depths])
+        rows = springs.follow(np.append(0.0, np.cumsum(np.abs(np.diff(control)))) / speed, control, math.inf)
+        return rows["cohesive_radius"] > 0.0, springs.state[0][COUNT]
+
+    for level in (ROUGH, COARSE, FINE):
+        high, low = depth, depth - 4.0 * extent - 20.0
+        for _ in range(5):
+            depths = np.linspace(high, low, 21)[1:]
+            attached, _ = followed(level, np.append(depth, depths))
+            row = int(np.argmin(attached[1:]))
+            low, high = depths[row], depths[row - 1] if row else high
+        attached, steps = followed(level, np.append(depth, low - (depth - low) * shares))
+        assert attached[:15].any()
+        assert not attached[-1]
+        assert steps < 400.0 * shares.size
+
+
+@pytest.mark.parametrize("seed", first_of([*range(2, 10), *range(11, 14)], 0))
+def test_claims_hold_for_rows_beside_a_separation(monkeypatch, seed):
+    """Rows from a tenth to 1e-7 of the path on both sides of it: an error of 1 is that of a row within the error of the instant."""
+    from pymdr.line.soft.springs import ZoneLevel
+    from pymdr.solving import soft
+
+    adhesive, extent, depth, speed = drawn_retreat(seed)
     span = depth + 3.0 * extent + 2.0
 
     def retreat(depths):

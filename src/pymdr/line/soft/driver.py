@@ -324,8 +324,12 @@ def fall(zone: Zone, out: FloatArray, vanishes: bool) -> int:
     was, length = potential(zone, load), c0 - now[RADIUS]
     end[RADIUS] = now[RADIUS]
     outcome = _NONE if vanishes else call(zone.find, _NONE, (zone, c0, 0.0))
-    if free and outcome == _NONE and end[OUTER] < _NODES * end[SPACING]:
+    # a zone of few nodes has no states between which steps lead: it grows from nothing, or vanishes
+    small = outcome != _WIDE and end[RADIUS] == 0.0 and end[OUTER] < _NODES * end[SPACING]
+    if free and small:
         return _SMALL
+    if small and end[OUTER] <= c0:
+        outcome = _NONE
     if outcome == _WIDE or (free and outcome == _NONE):
         return TOO_WIDE
     if (free or outcome == _NONE) and math.isnan(out[OUT_EVENT_D]):
