@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import dblquad, quad
 
 import pymdr as mdr
+from drawing import first_of
 from pymdr.errors import NotValidError, PathError, ProblemError
 from pymdr.line.soft.small_zone import SmallZone
 from pymdr.workbench.casefile import read_case
@@ -184,9 +185,16 @@ def test_the_case_file_and_the_figures(tmp_path, shell):
         ),
         (lambda: mdr.solve(short(20.0), at_rest()).field("pressure", [0.0]), NotValidError, "MaugisDugdale"),
         (
-            lambda: mdr.pull_off(short(20.0), preload=1.0, speed=1.0),
+            lambda: mdr.pull_off(short(1.0), preload=1.0, speed=1.0),
             ProblemError,
-            "give MaugisDugdale",
+            "^pull_off: JKR.range = 1 m: the cohesive zone at rest .* more than 0.2 of the contact",
+        ),
+        (
+            lambda: mdr.pull_off(
+                short(20.0, mdr.Viscoelastic(mdr.Maxwell(1.0, 1.0), 0.5)), preload=1.0, speed=1.0
+            ),
+            ProblemError,
+            "^pull_off: JKR.work, range=.* flows at rest",
         ),
     ],
 )
@@ -276,3 +284,79 @@ def test_a_contact_does_not_pass_the_end_of_its_profile():
 def test_one_row_out_of_contact(depth):
     result = mdr.solve(short(20.0), mdr.Path(time=[0.0], indentation=[depth]))
     assert result["normal_force"].values.tolist() == [0.0]
+
+
+@pytest.mark.parametrize("name", ["s6_v0.1", "s6_v10"])
+def test_the_pull_after_a_long_dwell_is_that_of_the_full_law_within_its_claim(references, name):
+    entry = references[f"visco_md_{name}"]
+    test = mdr.pull_off(
+        short(6.0), pressed_to=1.0, dwell=1e4, speed=entry["inputs"]["v"], approach_speed=1e-3
+    )
+    claim = test.claims["largest_pull"]
+    assert claim.level is mdr.Level.APPROXIMATE
+    expected = entry["expected"]["F_min"]
+    assert abs(test.largest_pull / expected - 1.0) < min(float(claim.error[0]), 0.05)
+
+
+def test_a_slow_pull_is_that_of_jkr_and_needs_the_work_of_adhesion():
+    body = mdr.Viscoelastic(mdr.StandardSolid(0.25, 2.25, 1e-9), poisson=0.5)
+    test = mdr.pull_off(short(100.0, body), preload=2.0, speed=0.1)
+    # lowest force of JKR at a prescribed depth
+    assert test.largest_pull == pytest.approx(-1.5 * math.pi, rel=1e-4)
+    assert test.effective_work == pytest.approx(1.0, rel=2e-4)
+    assert test.preload == pytest.approx(2.0, rel=1e-5)
+    assert math.isnan(test.jump_in_force)
+    assert not test.claims["dissipated_energy"].readable
+    assert "nothing" in test.summary()
+
+
+def test_a_claim_of_a_pull_is_relative_to_the_pull_beside_a_large_preload():
+    given = {"dwell": 100.0, "speed": 0.3, "approach_speed": 1e-2}
+    light, heavy = (mdr.pull_off(short(100.0), pressed_to=depth, **given) for depth in (1.0, 30.0))
+    rows = heavy.result
+    row = int(np.argmin(rows["normal_force"].values))
+    assert heavy.preload > -3.0 * heavy.largest_pull
+    stated = float(rows.claims["normal_force"].error[row]) * heavy.preload
+    assert -heavy.largest_pull * float(heavy.claims["largest_pull"].error[0]) >= stated
+    assert float(light.claims["largest_pull"].error[0]) < float(heavy.claims["largest_pull"].error[0])
+
+
+def test_a_curve_lies_between_jkr_and_a_fast_retraction(tmp_path):
+    curve = mdr.pull_off_curve(
+        short(100.0), speed=[1e-3, 1.0], dwell=[1.0, 1e3], pressed_to=1.0, approach_speed=1e-2
+    )
+    pull = -curve["largest_pull"].values
+    assert float(curve["slow_limit"]) == pytest.approx(-1.5 * math.pi, rel=1e-9)
+    assert 1.5 * math.pi < pull[0, 1] < pull[1, 1] < -float(curve["fast_limit"][1])
+    curve.plot().savefig(tmp_path / "curve.png")
+    assert float(curve.edge["fast_limit"]) == pytest.approx(10.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("seed", first_of(range(8), 0))
+def test_random_pulls_differ_from_those_of_the_full_law_by_less_than_claimed(seed):
+    rng = np.random.default_rng([47, seed])
+    strength, speed = 10.0 ** rng.uniform(0.8, 1.2), 10.0 ** rng.uniform(-1.0, 1.0)
+    body = mdr.Viscoelastic(mdr.Prony(0.25, 10.0 ** rng.uniform(-0.5, 0.3, 2), [0.1, 1.0]), poisson=0.5)
+    given = {
+        "dwell": 10.0 ** rng.uniform(1.0, 3.0),
+        "speed": speed,
+        "approach_speed": 10.0 ** rng.uniform(-3.0, -1.0),
+    }
+    given |= (
+        {"preload": rng.uniform(1.0, 5.0)} if rng.random() < 0.5 else {"pressed_to": rng.uniform(0.3, 2.0)}
+    )
+    given |= {"machine_stiffness": 10.0 ** rng.uniform(0.5, 2.0)} if rng.random() < 0.5 else {}
+    full = mdr.Contact(BALL, body, adhesion=mdr.MaugisDugdale(1.0, strength=strength))
+    one, other = mdr.pull_off(short(strength, body), **given), mdr.pull_off(full, **given)
+    for name in (
+        "largest_pull",
+        "largest_pull_indentation",
+        "largest_pull_radius",
+        "effective_work",
+        "external_work",
+    ):
+        value, true = getattr(one, name), getattr(other, name)
+        claimed = float(one.claims[name].error[0]) * abs(value) + float(other.claims[name].error[0]) * abs(
+            true
+        )
+        assert abs(value - true) <= claimed, name

@@ -12,6 +12,7 @@ import numpy as np
 import scipy
 
 from pymdr.errors import ConvergenceError, PathError, ProblemError, PymdrError
+from pymdr.line.soft.small_zone import ShortSprings
 from pymdr.line.soft.springs import FINE, ZoneSprings
 from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Elastic
@@ -22,7 +23,7 @@ from pymdr.solving.batch import Request, solutions
 from pymdr.solving.memory import powers_of, refuse_rigid, relaxation_along, times_along
 from pymdr.solving.pulloff import start_of_retraction
 from pymdr.solving.verb import read_stiffness, solve
-from pymdr.solving.zones import zone_relaxation, zone_setting
+from pymdr.solving.zones import range_of, short_springs, zone_relaxation, zone_setting
 from pymdr.units import FloatArray, QuantityLike, shown, to_si, written
 
 ROWS, _FINE = 240, 48
@@ -73,7 +74,7 @@ class _Approach(NamedTuple):
 
     channel: str
     start: float
-    """Travel in m at which the attraction begins."""
+    """Travel in m at which the attraction begins, or the surfaces touch."""
     top: float
     """Largest travel in m."""
     speed: float
@@ -156,7 +157,7 @@ def followed_tests(
         return list(solutions([Request(contact, path, machine) for path in paths], {}, workers))
 
     modulus = relaxation_along(contact, next(iter(approaches.values())).path).rubbery
-    rested: dict[_AtRest, ZoneSprings] = {}
+    rested: dict[_AtRest, ShortSprings | ZoneSprings] = {}
     retreats = [
         _retreat(contact, approaches[test.approach_speed], test, (stiffness, modulus), rested)
         for test in tests
@@ -178,7 +179,7 @@ def _retreat(
     approach: _Approach,
     test: TackTest,
     pair: tuple[float, float],
-    rested: dict[_AtRest, ZoneSprings],
+    rested: dict[_AtRest, ShortSprings | ZoneSprings],
 ) -> tuple[float, dict[str, FloatArray]]:
     """A length in m in which the contact is lost under a machine and of a relaxed modulus, and its evenly spaced rows; tests of solids share the springs at rest before it."""
     stiffness, modulus = pair
@@ -202,12 +203,16 @@ def _retreat(
 
 def _springs_at_rest(
     contact: Contact, approach: _Approach, test: TackTest, stiffness: float, span: tuple[float, float]
-) -> ZoneSprings:
+) -> ShortSprings | ZoneSprings:
     """The springs after approach and dwell, for a shortest and longest time in s."""
-    relaxation = zone_relaxation(contact, span)
-    targets = {stiffness: max(approach.top, 0.0)}
-    setting = zone_setting(contact, relaxation, targets, span[1], verb="pull_off")
-    springs = ZoneSprings(setting, FINE)
+    springs: ShortSprings | ZoneSprings
+    if contact.is_cohesive:
+        relaxation = zone_relaxation(contact, span)
+        targets = {stiffness: max(approach.top, 0.0)}
+        setting = zone_setting(contact, relaxation, targets, span[1], verb="pull_off")
+        springs = ZoneSprings(setting, FINE)
+    else:
+        springs = short_springs(contact, relaxation_along(contact, approach.path), "pull_off")
     time, travel = approach.rows
     springs.follow(np.append(time[0], time), np.append(travel[0], travel), stiffness)
     if test.dwell > 0.0:
@@ -251,30 +256,35 @@ def _graded(length: float, rows: dict[str, FloatArray]) -> FloatArray:
 
 
 def _first_length(contact: Contact, approach: _Approach) -> float:
-    law = contact.adhesion
-    assert law is not None
-    assert law.cohesive_stress is not None
-    return 2.0 * max(approach.top, 0.0) + 4.0 * law.work / law.cohesive_stress
+    range_ = range_of(contact.adhesion)
+    assert range_ is not None
+    return 2.0 * max(approach.top, 0.0) + 4.0 * range_
 
 
 def _approach(contact: Contact, speed: float, stiffness: float, quantity: str, target: float) -> _Approach:
     """The approach at a speed, up to a value of a quantity."""
     law = contact.adhesion
-    if law is None or law.cohesive_stress is None:
+    range_ = range_of(law)
+    assert law is not None
+    if range_ is None:
         raise ProblemError(
-            "pull_off: bodies with memory need an adhesion of known stress; give MaugisDugdale(work, range=...) or Capillary (solve follows JKR(work, range=...) along a path)"
+            "pull_off: bodies with memory need an adhesion of known range; give MaugisDugdale(work, range=...), Capillary, or JKR(work, range=...)"
         )
-    range_ = law.work / law.cohesive_stress
     channel = "indentation" if math.isinf(stiffness) else "travel"
     machine = None if math.isinf(stiffness) else stiffness
     top = target
     relaxation = relaxation_along(contact, Path(time=[0.0, range_ / speed], indentation=[-range_, 0.0]))
     refuse_rigid(relaxation, "pull_off")
+    begin = -range_
+    if not contact.is_cohesive:
+        # the contact begins where the surfaces touch
+        short_springs(contact, relaxation, "pull_off")
+        begin = 0.0
     if quantity == "normal_force":
         bare = Contact(contact.profile, Elastic(relaxation.softest(range_ / speed), 0.0))
         top = float(solve(bare, load(max(target, law.work * range_))).data["indentation"].values[-1])
     touch = 1.0 / (ROWS - 1) if powers_of(contact) else _TOUCH
-    approach = _Approach(channel, -range_, top, speed, touch)
+    approach = _Approach(channel, begin, top, speed, touch)
     if quantity == channel:
         return approach
     if machine is not None:

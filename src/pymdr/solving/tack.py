@@ -13,7 +13,7 @@ from pymdr.errors import ConvergenceError, ProblemError, PymdrError
 from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.validity import SOURCES, Claim, Level
 from pymdr.problem.contact import Contact
-from pymdr.problem.laws import MaugisDugdale
+from pymdr.problem.laws import JKR, MaugisDugdale
 from pymdr.problem.materials import Elastic, Rigid
 from pymdr.result import Result
 from pymdr.solving.edge_work import EdgeWork, edge_work_of
@@ -29,6 +29,7 @@ from pymdr.solving.retraction import (
     stiffness_of_test,
 )
 from pymdr.solving.study import number
+from pymdr.solving.zones import range_of
 from pymdr.units import QuantityLike, shown
 
 if TYPE_CHECKING:
@@ -36,6 +37,17 @@ if TYPE_CHECKING:
 
 _TRIES, _NEAREST = 40, 6
 _WORK_TOLERANCE = 1e-7
+_JUMPS = {
+    "dissipated_energy": "jump_dissipation",
+    "jump_in_indentation": "indentation",
+    "jump_in_force": "normal_force",
+    "jump_in_radius": "contact_radius",
+}
+"""Numbers of the jumps out of contact and into it, and their columns; the law of a small zone has neither jump."""
+_WITHOUT_JUMPS = (
+    "in the law of a small zone the contact grows from nothing and its edge recedes at a finite speed until it is lost: it has no jump; "
+    "use MaugisDugdale(work, range=...)"
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,7 +61,7 @@ class TackPullOff(PullOff):
     largest_pull_radius = number("largest_pull_radius", "Contact radius in m at the largest pull.")
     effective_work = number(
         "effective_work",
-        "Work of adhesion in J/m^2 at which the relaxed body without memory has this largest pull, by the law of Maugis with the same range.",
+        "Work of adhesion in J/m^2 at which the relaxed body without memory has this largest pull: by JKR for JKR, else by the law of Maugis with the same range.",
     )
     external_work = number("external_work", "Work of the whole test in J.")
     preload = number("preload", "Force in N at the end of the approach.")
@@ -99,7 +111,7 @@ def pull_off(
     Loss of an adhesive contact in retraction, and its state after the jump into contact.
 
     Stable states satisfy dD/da > 0 for the travel D = d + F/k of the machine (Popov and Hess 2015, chapter 4). Bodies with memory
-    (`Viscoelastic` with `MaugisDugdale` or `Capillary`) are pressed at a speed of D, rest at that D for the dwell, and are retracted at a speed.
+    (`Viscoelastic` with `MaugisDugdale`, `Capillary` or `JKR(work, range=)`) are pressed at a speed of D, rest at that D for the dwell, and are retracted at a speed.
 
     Parameters
     ----------
@@ -213,6 +225,11 @@ def _read(
     rows = result.data
     attached = rows["cohesive_radius"].values > 0.0
     first, last = int(np.argmax(attached)), int(np.flatnonzero(attached)[-1])
+    jumps = {
+        name: (column, last + 1 if name == "dissipated_energy" else first) for name, column in _JUMPS.items()
+    }
+    if "jump_dissipation" not in rows:
+        jumps = {}
     force = np.where(attached, rows["normal_force"].values, math.inf)
     retracted = np.arange(force.size) >= ROWS
     lowest = int(np.argmin(np.where(retracted, force, math.inf)))
@@ -222,7 +239,11 @@ def _read(
 
     def error(name: str, row: int) -> float:
         errors = result.claims[name].error
-        return 0.0 if errors is None else float(errors[row])
+        if errors is None or contact.is_cohesive:
+            return 0.0 if errors is None else float(errors[row])
+        # errors of the law of a small zone are relative to the largest value
+        largest = float(np.nanmax(np.abs(rows[name].values)))
+        return float(errors[row]) * largest / max(abs(at(name, row)), 1e-300)
 
     def between(name: str) -> float:
         """The change over the last two attached rows, relative to the value."""
@@ -245,10 +266,7 @@ def _read(
     values = {
         **{name: at(name, last) for name in ("normal_force", "indentation", "contact_radius")},
         "travel": at(travel, last),
-        "dissipated_energy": at("jump_dissipation", last + 1),
-        "jump_in_indentation": at("indentation", first),
-        "jump_in_force": at("normal_force", first),
-        "jump_in_radius": at("contact_radius", first),
+        **{name: at(column, row) for name, (column, row) in jumps.items()},
         "largest_pull": pull,
         "largest_pull_indentation": at("indentation", lowest),
         "largest_pull_radius": at("contact_radius", lowest),
@@ -264,10 +282,7 @@ def _read(
             for name in ("normal_force", "indentation", "contact_radius")
         },
         "travel": error(travel, last) + between(travel),
-        "dissipated_energy": error("jump_dissipation", last + 1),
-        "jump_in_indentation": error("indentation", first),
-        "jump_in_force": error("normal_force", first),
-        "jump_in_radius": error("contact_radius", first),
+        **{name: error(column, row) for name, (column, row) in jumps.items()},
         "largest_pull": error("normal_force", lowest) + missed,
         "largest_pull_indentation": spread("indentation"),
         "largest_pull_radius": spread("contact_radius"),
@@ -275,11 +290,16 @@ def _read(
     }
     everywhere = np.ones(1, dtype=bool)
     exact = replace(result.claims["jumped"], where=everywhere, error=None)
+    if not contact.is_cohesive:
+        exact = replace(exact, reason=f"{exact.reason}; for each value here relative to itself")
     claims = with_errors(
         dict.fromkeys(errors, exact),
         {name: np.array([min(one, 1.0)]) for name, one in errors.items()},
         cause="from twice the spacing of nodes, longer steps and the distance of rows",
     )
+    for name in _JUMPS.keys() - jumps.keys():
+        values[name] = math.nan
+        claims[name] = Claim(Level.NOT_VALID, _WITHOUT_JUMPS, SOURCES["schapery"], ~everywhere)
     values["effective_work"], claims["effective_work"] = _effective_work(
         elastic, pull, errors["largest_pull"]
     )
@@ -289,7 +309,7 @@ def _read(
         assumptions=result.assumptions,
         notes=result.notes,
         contact=contact,
-        references=("popov-hess", "haiat-barthel", "maugis"),
+        references=result.references,
         result=result,
     )
 
@@ -315,11 +335,11 @@ def _effective_work(elastic: ElasticPulls | None, pull: float, error: float) -> 
 
 
 def relaxed_contact(contact: Contact, modulus: float, work: float | None = None) -> Contact:
-    """The contact without memory, of a modulus in Pa, with the range of its law and a work of adhesion in J/m^2."""
+    """The contact without memory, of a modulus in Pa, with JKR, or the law of Maugis with the range of its law, and a work of adhesion in J/m^2."""
     law = contact.adhesion
     assert law is not None
-    assert law.cohesive_stress is not None
-    own = MaugisDugdale(law.work if work is None else work, range=law.work / law.cohesive_stress)
+    work = law.work if work is None else work
+    own = JKR(work) if isinstance(law, JKR) else MaugisDugdale(work, range=range_of(law))
     return replace(contact, body=Elastic(modulus, 0.0), counterbody=Rigid(), adhesion=own)
 
 

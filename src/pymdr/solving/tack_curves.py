@@ -117,7 +117,7 @@ def pull_off_curve(
     Parameters
     ----------
     contact : Contact
-        `Viscoelastic` bodies with `MaugisDugdale` or `Capillary`.
+        `Viscoelastic` bodies with `MaugisDugdale`, `Capillary` or `JKR(work, range=)`.
     speed : array_like or quantity
         Speeds of the machine in retraction in m/s, above 0.
     dwell : array_like or quantity
@@ -192,7 +192,7 @@ def pull_off_curve(
         assumptions=widest.assumptions,
         notes=(f"every test begins with the same approach at {approach:.4g} m/s",),
         contact=contact,
-        references=("popov-hess", "haiat-barthel", "maugis"),
+        references=answers[0].references,
     )
 
 
@@ -207,7 +207,10 @@ def _fast_limit(
     if powers_of(answers[0].contact):
         why = "a power of time has no shortest relaxation time"
         return [math.nan] * len(tests), _no_limit(why, len(tests))
-    length = max(abs(one.travel) + abs(one.jump_in_indentation) + one.largest_pull_radius for one in answers)
+    length = max(
+        abs(one.travel) + abs(float(one.result.data["indentation"].max())) + one.largest_pull_radius
+        for one in answers
+    )
     speed = max(length / (_AT_ONCE * float(relaxation.times.min())), *(one.speed for one in answers))
     fast = followed([test._replace(speed=speed) for test in tests])
     return [one.largest_pull for one in fast], _claim([one.claims["largest_pull"] for one in fast], _AT_ONCE)

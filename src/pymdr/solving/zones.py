@@ -16,7 +16,7 @@ from pymdr.line.soft.small_zone import ShortSprings, SmallZone
 from pymdr.line.soft.springs import FINE, ZoneLevel, ZoneSetting
 from pymdr.mapping.relaxation import Relaxation, relaxation_of
 from pymdr.problem.contact import Contact
-from pymdr.problem.laws import JKR
+from pymdr.problem.laws import JKR, AdhesionLaw
 from pymdr.problem.materials import Elastic, Material, Rigid
 from pymdr.problem.rheology import Prony
 from pymdr.solving.equilibria import AdhesiveLine
@@ -103,6 +103,13 @@ def zone_setting(
     widest = float(np.max(line.equilibria.states(np.array(stops)).cohesive_radius))
     refuse_edge(line, _GROWTH * 1.2 * widest, verb)
     return ZoneSetting(relaxation, softest, law.cohesive_stress, law.work, springs_of(line), _GROWTH * widest)
+
+
+def range_of(law: AdhesionLaw | None) -> float | None:
+    """Range of the attraction in m, which bodies with memory need; None without one."""
+    if law is not None and law.cohesive_stress is not None:
+        return law.work / law.cohesive_stress
+    return law.range if isinstance(law, JKR) else None
 
 
 def short_springs(contact: Contact, relaxation: Relaxation, verb: str = "solve") -> ShortSprings:
