@@ -67,6 +67,8 @@ _HALVINGS, _MOST = 40, 300_000
 _BISECTIONS, _SCANS, _TRIALS = 80, 4000, 40
 _SOLVED = 1e-7
 """Residual at which a step is solved."""
+_UNMOVED = 1e-9
+"""Relative growth of c in a leap that is one of rounding."""
 _QUICK = 1e-5
 """Time of a jump over the shortest of a row, the relaxation times, and the time in which the control moves by the range of the attraction."""
 _FIRST, _WHOLE_ROW = 10.0, 0.12
@@ -316,7 +318,7 @@ def wait_free(zone: Zone, span: float, p0: float, p1: float) -> bool:
 
 
 @merged
-def fall(zone: Zone, out: FloatArray, vanishes: bool) -> int:
+def fall(zone: Zone, out: FloatArray, vanishes: bool, retreats: bool) -> int:
     """Jump to the next stable state, or separate, at once where the zone vanishes; the loss is that of the energy at constant control."""
     now, end = zone.now, zone.end
     c0, depth, free = now[OUTER], now[DEPTH], now[OUTER] == 0.0
@@ -324,11 +326,11 @@ def fall(zone: Zone, out: FloatArray, vanishes: bool) -> int:
     was, length = potential(zone, load), c0 - now[RADIUS]
     end[RADIUS] = now[RADIUS]
     outcome = _NONE if vanishes else call(zone.find, _NONE, (zone, c0, 0.0))
-    # a zone of few nodes has no states between which steps lead: it grows from nothing, or vanishes
-    small = outcome != _WIDE and end[RADIUS] == 0.0 and end[OUTER] < _NODES * end[SPACING]
-    if free and small:
+    small = end[RADIUS] == 0.0 and end[OUTER] < _NODES * end[SPACING]
+    if free and small and (outcome == _NONE or (retreats and outcome == _ROOT)):
         return _SMALL
-    if small and end[OUTER] <= c0:
+    # the gap of so few nodes is not smooth in c, and a leap could stay at a step of it for ever
+    if outcome == _ROOT and small and end[OUTER] <= c0 * (1.0 + (_UNMOVED if retreats else 0.0)):
         outcome = _NONE
     if outcome == _WIDE or (free and outcome == _NONE):
         return TOO_WIDE
@@ -396,7 +398,7 @@ def follow_rows(
                 # a free surface that is attracted, or a fold beyond which no state is near
                 length = 0.0 if free else min(4.0 * quick, left)
                 set_length(zone, length, here + length / span * change)
-                ends = fall(zone, out[row], vanishes)
+                ends = fall(zone, out[row], vanishes, change < 0.0)
                 if ends == _SMALL:
                     # on a sharp tip the zone grows from nothing: the surfaces stay free until it is two nodes wide
                     pause = 0.01 * span
