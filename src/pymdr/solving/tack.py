@@ -339,7 +339,7 @@ def relaxed_contact(contact: Contact, modulus: float, work: float | None = None)
     law = contact.adhesion
     assert law is not None
     work = law.work if work is None else work
-    own = JKR(work) if isinstance(law, JKR) else MaugisDugdale(work, range=range_of(law))
+    own = MaugisDugdale(work, range=range_of(law)) if contact.is_cohesive else JKR(work)
     return replace(contact, body=Elastic(modulus, 0.0), counterbody=Rigid(), adhesion=own)
 
 

@@ -109,7 +109,7 @@ def range_of(law: AdhesionLaw | None) -> float | None:
     """Range of the attraction in m, which bodies with memory need; None without one."""
     if law is not None and law.cohesive_stress is not None:
         return law.work / law.cohesive_stress
-    return law.range if isinstance(law, JKR) else None
+    return getattr(law, "range", None)
 
 
 def short_springs(contact: Contact, relaxation: Relaxation, verb: str = "solve") -> ShortSprings:
