@@ -353,6 +353,7 @@ def test_travel_and_tension_are_followed_to_their_folds(stiffness):
     )
     assert loaded["indentation"].values[:-1] == pytest.approx(depth[: least + 1 : 50], rel=1e-9)
     assert np.isnan(loaded["indentation"].values[-1])
+    assert loaded.status is mdr.Status.PULLED_OFF
     assert "does not hold the prescribed tension" in loaded.summary()
     assert loaded.claims["normal_force"].where.tolist() == [True] * (loaded.data.sizes["step"] - 1) + [False]
     assert float(loaded["dissipated_energy"][-1]) > float(loaded["dissipated_energy"][-2])

@@ -253,6 +253,7 @@ def _with_claims(task: Task, ball: Ball, walked: Walked[_Rows]) -> tuple[Walked[
         if name in columns or not claim.readable
     }
     yielded = bool(np.any(rows.residual_indentation > 0.0))
+    status = Status.YIELDED if yielded else Status.ELASTIC
     notes: tuple[str, ...] = ()
     if not yielded:
         first = "the ball does not yield at any indentation of the model"
@@ -260,13 +261,13 @@ def _with_claims(task: Task, ball: Ball, walked: Walked[_Rows]) -> tuple[Walked[
             first = f"the ball yields from an indentation of {metres(ball.yield_depth)} on"
         notes = (first,)
     if (released := np.isnan(rows.indentation)).any():
-        row = int(released.argmax())
+        row, status = int(released.argmax()), Status.PULLED_OFF
         notes += (f"pulled off at row {row}: the contact does not hold the prescribed tension",)
     return walked, Interpretation(
         columns=columns,
         claims=claims,
         assumptions=plastic_assumptions(float(np.max(rows.largest, initial=0.0)), ball.radius),
-        status=Status.YIELDED if yielded else Status.ELASTIC,
+        status=status,
         notes=notes,
         references=("zunker-kamrin", *(() if contact.adhesion is None else ("hess",))),
     )
