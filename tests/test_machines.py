@@ -426,7 +426,8 @@ def test_a_case_file_is_the_machine(tmp_path):
     for key, value, message in (
         ("bodes", 1, "unknown key"),
         ("bodies", [{"kind": "mas"}], "did you mean 'mass'"),
-        ("bodies", [{"kind": "mass", "name": "b", "mas": 1}], "write mass="),
+        ("bodies", [{"kind": "mass", "name": "b", "mas": 1}], "mas = 1: unknown key; did you mean 'mass'"),
+        ("links", [{"kind": "joint", "qqq": 1}], r"qqq = 1: unknown key; known are normal, tangential"),
         ("bodies", [{"kind": "mass", "name": "b"}], "key 'mass' is missing"),
         ("links", [{"kind": "joint", "contact": 1}], "all joints"),
         ("links", {"kind": "joint"}, "give one"),

@@ -93,21 +93,26 @@ def _entries(
 def _entry(where: str, entry: Mapping[str, Any], kinds: Mapping[str, type], contact: Contact | None) -> Any:
     kind = entry.get("kind")
     if not isinstance(kind, str) or kind not in kinds:
-        near = nearest(kind, list(kinds)) if isinstance(kind, str) else []
-        words = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(kinds)}"
-        raise CaseError(f"[{where}] kind = {shown(kind)}: unknown kind; {words}")
+        raise CaseError(f"[{where}] kind = {shown(kind)}: unknown kind; {_known(kind, list(kinds))}")
     arguments = {key: value for key, value in entry.items() if key != "kind"}
     if kind == "joint":
         if "contact" in arguments:
             raise CaseError(f"[{where}] contact: unknown key; all joints are the contact of the case")
         arguments["contact"] = contact
     known = inspect.signature(kinds[kind]).parameters
-    missing = [
-        name for name, value in known.items() if value.default is value.empty and name not in arguments
-    ]
-    if missing and set(arguments) <= set(known):
-        raise CaseError(f"[{where}] key {missing[0]!r} is missing")
+    for key in arguments:
+        if key not in known:
+            words = _known(key, [name for name in known if name != "contact"])
+            raise CaseError(f"[{where}] {key} = {shown(entry[key])}: unknown key; {words}")
+    for name, value in known.items():
+        if value.default is value.empty and name not in arguments:
+            raise CaseError(f"[{where}] key {name!r} is missing")
     try:
         return kinds[kind](**arguments)
     except (PymdrError, TypeError) as error:
         raise CaseError(f"[{where}] {error}") from error
+
+
+def _known(name: object, known: list[str]) -> str:
+    near = nearest(name, known) if isinstance(name, str) else []
+    return f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known)}"
