@@ -4,7 +4,9 @@ import ast
 import inspect
 import pickle
 import re
+import threading
 from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -253,6 +255,21 @@ def public_callables():
                 continue
             if not name.startswith("_") and (inspect.isfunction(method) or inspect.ismethod(method)):
                 yield method
+
+
+def test_threads_that_import_a_function_at_once_take_the_same_one(monkeypatch):
+    monkeypatch.delitem(vars(mdr), "solve", raising=False)
+    monkeypatch.setitem(vars(mdr), "_functions", {})
+    together = threading.Barrier(8)
+
+    def taken(_):
+        together.wait()
+        return mdr.solve
+
+    with ThreadPoolExecutor(8) as pool:
+        several = list(pool.map(taken, range(8)))
+    assert len(set(map(id, several))) == 1
+    assert pickle.loads(pickle.dumps(several[0])) is several[0]
 
 
 def test_all_public_functions_name_their_arguments_to_who_misspells_one():

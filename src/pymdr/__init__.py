@@ -9,6 +9,7 @@ from typing import Any as _Any
 import lazy_loader
 
 _imported, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+_functions: dict[str, _Any] = {}
 
 
 def __getattr__(name: str) -> _Any:
@@ -17,6 +18,8 @@ def __getattr__(name: str) -> _Any:
     if isinstance(value, _Function):
         from pymdr.problem.options import with_known_arguments
 
-        value = globals()[name] = with_known_arguments(value)
-        value.__module__, value.__qualname__ = __name__, name
+        known = with_known_arguments(value)
+        known.__module__, known.__qualname__ = __name__, name
+        # threads that import a name at once take the same function
+        value = globals()[name] = _functions.setdefault(name, known)
     return value
