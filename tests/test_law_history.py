@@ -213,6 +213,16 @@ def test_histories_without_slip_in_c_are_those_of_the_stepper(profile, capacity,
 
 
 @needs_c
+def test_depths_next_to_nothing_leave_numbers(tmp_path):
+    contact = ball(mdr.Paraboloid("10 mm"), math.inf)
+    least = math.ulp(0.0)
+    depth, shift = np.array([least, DEEPEST, least, 0.5 * DEEPEST]), 1e-6 * np.arange(1.0, 5.0)
+    law = mdr.export_law(contact, DEEPEST, tangential=True)
+    computed, expected = InC(law, tmp_path, ALONG).advance(depth, shift), followed(contact, depth, shift)
+    assert (np.abs(computed[:, 1] - expected[:, 1]) <= computed[:, 2] + 1e-12 * expected[-1, 1]).all()
+
+
+@needs_c
 def test_a_stack_of_two_vertices_does_not_compile(tmp_path):
     law = mdr.export_law(ball(mdr.FlatPunch("1 mm")), DEEPEST, tangential=True)
     with pytest.raises(subprocess.CalledProcessError) as refused:

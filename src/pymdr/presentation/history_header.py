@@ -463,12 +463,18 @@ static inline double @_mean_(double low, double force_low, double high, double f
     return (@_stiffness(low) + 4.0 * @_stiffness(low + 0.5 * length) + @_stiffness(high)) / 6.0;
 }
 
+/* Shift per indentation; 0 for a jump, and where a change of the indentation next to nothing would make it infinite. */
+static inline double @_slope_(double step, double length)
+{
+    return fabs(step) < 1e300 * length ? step / length : 0.0;
+}
+
 static inline void @_put_(@_state *s, int i, double y, double b, double force)
 {
-    const double length = y - s->y[i - 1], step = b - s->b[i - 1];
+    const double step = b - s->b[i - 1];
     s->y[i] = y;
     s->b[i] = b;
-    s->slope[i] = length > 0.0 ? step / length : 0.0;
+    s->slope[i] = @_slope_(step, y - s->y[i - 1]);
     s->force[i] = force;
     s->pull[i] = s->pull[i - 1] + step * @_mean_(s->y[i - 1], s->force[i - 1], y, force);
 }
@@ -497,7 +503,7 @@ MERGE_static inline int @_advance(@_state *s, double d, double u)
             --top;
         @_put_(s, top, d, s->b[top - 1] + s->slope[top] * (d - s->y[top - 1]), force);
     } else if (d > s->y[top]) {
-        const double slope = (v - s->b[top]) / (d - s->y[top]);
+        const double slope = @_slope_(v - s->b[top], d - s->y[top]);
         joins = top > 0 && s->y[top] > s->y[top - 1] && fabs(slope - s->slope[top]) <= 1e-14 * fabs(slope);
     }
     if (d > s->y[top] || v < s->b[top] || v > s->b[top]) {
