@@ -783,7 +783,7 @@ REFUSED = {
         contact(SHORT, mdr.MaugisDugdale(0.01, strength=0.001)),
         mdr.indent(0.1),
         mdr.ProblemError,
-        r"known only to 1\.0 m, but cohesion of range 10\.0 m extends beyond",
+        "known only to 1 m, but cohesion of range 10 m extends beyond",
     ),
     "the whole sphere": (
         contact(mdr.Sphere(0.1), mdr.JKR(0.001)),

@@ -436,8 +436,12 @@ def test_tables_are_read_in_segments(tmp_path):
     bad = table(tmp_path / "bad.csv", header, [(0, 1, 2), (1, math.nan, 3)])
     with pytest.raises(CaseError, match="line 3: normal_force = 'nan'"):
         mdr.read_curves(bad, spring_constant="0.1 N/m")
+    text = tmp_path / "curve.docx"
+    with pytest.raises(FileError, match="No such file"):
+        mdr.read_curves(text)
+    text.write_text("force")
     with pytest.raises(FileError, match=r"no format of force curves ends in '\.docx'"):
-        mdr.read_curves(tmp_path / "curve.docx")
+        mdr.read_curves(text)
 
 
 def test_without_afmformats_the_extra_is_named(tmp_path, monkeypatch):

@@ -100,7 +100,7 @@ class Value(Checked):
 
     def __new__(cls, *args: Any, **keywords: Any) -> Self:
         """Refuse unknown arguments with the name that is meant."""
-        if not keywords.keys() <= cls.__dataclass_fields__.keys():
+        if keywords and not keywords.keys() <= cls.__dataclass_fields__.keys():
             refuse_unknown(cls.__name__, keywords, list(cls.__signature__.parameters))
         return super().__new__(cls)
 
