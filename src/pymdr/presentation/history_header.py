@@ -49,6 +49,8 @@ class StackInC:
             ("VERTICES_", _VERTICES),
             ("MERGE_", _MERGE),
             ("STIFFNESS_", _STIFFNESS),
+            ("BEGIN_", _BEGIN),
+            ("SCALE_", "@@_TANGENTIAL_RATIO" if stuck else "@@_PER_SHIFT"),
             ("FACTOR_", "" if stuck else "@@_FRICTION * "),
             ("MEAN_", _MEAN if stuck else _SLOPED),
             ("STICKS_", "top" if stuck else "fabs(s->slope[top]) == 1.0 ? top - 1 : top"),
@@ -358,6 +360,23 @@ static inline double @_tangential_stiffness(const @_state *s)
 
 """
 
+_BEGIN = """\
+    if (!(d <= @@_LARGEST_INDENTATION) || !isfinite(d) || !isfinite(u))
+        return 1;
+    if (before < 0.0 && d > 0.0) {
+        const double was = s->shift * SCALE_;
+        @_clear_(s, was + (v - was) * (-before / (d - before)));
+    }
+    s->indentation = d;
+    s->shift = u;
+    if (d <= 0.0) {
+        s->top = s->normal_force = s->tangential_force = 0.0;
+        @_clear_(s, v);
+        return 0;
+    }
+    force = d == before ? s->normal_force : @_force(d);
+"""
+
 _STACK = """\
 /* Vertices of the anchor curve b(y): the spring that touches at the indentation y carries mu E* (v - b(y)), v the shift times
  * @@_PER_SHIFT, at most mu E* (d - y). A straight step cuts the curve at the new indentation, replaces what is outside the cone
@@ -374,24 +393,10 @@ static inline void @_put_(@_state *s, int i, double y, double b, double slope, d
 
 MERGE_static inline int @_advance(@_state *s, double d, double u)
 {
-    const double before = s->indentation, v = u * @@_PER_SHIFT;
+    const double before = s->indentation, v = u * SCALE_;
     double force, lag, g;
     int top = (int)s->top;
-    if (!(d <= @@_LARGEST_INDENTATION) || !isfinite(d) || !isfinite(u))
-        return 1;
-    if (before < 0.0 && d > 0.0) {
-        const double was = s->shift * @@_PER_SHIFT;
-        @_clear_(s, was + (v - was) * (-before / (d - before)));
-    }
-    s->indentation = d;
-    s->shift = u;
-    if (d <= 0.0) {
-        s->top = s->normal_force = s->tangential_force = 0.0;
-        @_clear_(s, v);
-        return 0;
-    }
-    force = d == before ? s->normal_force : @_force(d);
-    if (s->y[top] > d) { /* springs part */
+BEGIN_    if (s->y[top] > d) { /* springs part */
         while (s->y[top - 1] >= d)
             --top;
         if (top > 0)
@@ -481,24 +486,10 @@ static inline void @_put_(@_state *s, int i, double y, double b, double force)
 
 MERGE_static inline int @_advance(@_state *s, double d, double u)
 {
-    const double before = s->indentation, v = u * @@_TANGENTIAL_RATIO;
+    const double before = s->indentation, v = u * SCALE_;
     double force;
     int top = (int)s->top, joins = 0;
-    if (!(d <= @@_LARGEST_INDENTATION) || !isfinite(d) || !isfinite(u))
-        return 1;
-    if (before < 0.0 && d > 0.0) {
-        const double was = s->shift * @@_TANGENTIAL_RATIO;
-        @_clear_(s, was + (v - was) * (-before / (d - before)));
-    }
-    s->indentation = d;
-    s->shift = u;
-    if (d <= 0.0) {
-        s->top = s->normal_force = s->tangential_force = 0.0;
-        @_clear_(s, v);
-        return 0;
-    }
-    force = d == before ? s->normal_force : @_force(d);
-    if (d < s->y[top]) { /* springs part */
+BEGIN_    if (d < s->y[top]) { /* springs part */
         while (s->y[top - 1] >= d)
             --top;
         @_put_(s, top, d, s->b[top - 1] + s->slope[top] * (d - s->y[top - 1]), force);

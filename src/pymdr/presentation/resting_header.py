@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from pymdr.presentation.c_text import CHEBYSHEV_SUM
 from pymdr.units import FloatArray
 
 
@@ -67,7 +68,7 @@ class RestingInC:
     def body(self) -> str:
         """Type and functions, with @ for the name and @@ for the name in capitals."""
         terms = (self.receding.cells.shape[1] - 5) // self.receding.columns
-        text = _RESTING.replace("TERMS_", str(terms))
+        text = _RESTING.replace("TERMS_", str(terms)).replace("SUM_", CHEBYSHEV_SUM)
         for word, curve in (("ADVANCING", self.advancing), ("RECEDING", self.receding)):
             rows = ",\n".join("    " + ", ".join(map(repr, row)) for row in curve.cells.tolist())
             for part, value in (
@@ -106,18 +107,7 @@ typedef struct {
     double tear_off;          /* J, lost there, beyond that by hysteresis */
 } @_state;
 
-static inline double @_sum_(const double *terms, double u)
-{
-    double last = 0.0, before = 0.0;
-    int j;
-    for (j = @@_TERMS - 1; j > 0; --j) {
-        const double next = terms[j] + 2.0 * u * last - before;
-        before = last;
-        last = next;
-    }
-    return terms[0] + u * last - before;
-}
-
+SUM_
 /* The state of an edge that has moved to d on a curve. */
 static inline void @_land_(@_state *s, double d, int advances)
 {

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from pymdr.presentation.c_text import CHEBYSHEV_SUM
 from pymdr.units import FloatArray
 
 _RETURNS = (
@@ -41,7 +42,8 @@ class BranchesInC:
     @property
     def body(self) -> str:
         """Type and functions, with @ for the name and @@ for the name in capitals."""
-        text = _BRANCHES.replace("TERMS_", str((self.cells.shape[1] - 3) // 2))
+        terms = (self.cells.shape[1] - 3) // 2
+        text = _BRANCHES.replace("TERMS_", str(terms)).replace("SUM_", CHEBYSHEV_SUM)
         for word, table in (("BRANCHES", self.branches), ("SEGMENTS", self.segments), ("CELLS", self.cells)):
             rows = ",\n".join("    {" + ", ".join(map(_number, row)) + "}" for row in table.tolist())
             text = text.replace(f"{word}_COUNT", str(table.shape[0])).replace(
@@ -127,18 +129,7 @@ typedef struct {
     double branch;            /* 0 without contact */
 } @_state;
 
-static inline double @_sum_(const double *terms, double u)
-{
-    double last = 0.0, before = 0.0;
-    int j;
-    for (j = @@_TERMS - 1; j > 0; --j) {
-        const double next = terms[j] + 2.0 * u * last - before;
-        before = last;
-        last = next;
-    }
-    return terms[0] + u * last - before;
-}
-
+SUM_
 static inline int @_advance(@_state *s, double d)
 {
     int branch = (int)s->branch, low, high;

@@ -22,6 +22,11 @@ class AdhesionLaw(Value, ABC):
         return None
 
     @property
+    def attraction_range(self) -> float | None:
+        """Range in m of the attraction around the contact; None if the law has none."""
+        return None if self.cohesive_stress is None else self.work / self.cohesive_stress
+
+    @property
     def works(self) -> tuple[float, float]:
         """Works of adhesion of an advancing and of a receding edge in J/m^2."""
         return self.work, self.work
@@ -98,6 +103,11 @@ class JKR(AdhesionLaw):
             raise ProblemError(
                 "JKR: work_receding and range are two laws of hysteresis, one of any rate and one of the memory of the bodies; give one of them"
             )
+
+    @property
+    def attraction_range(self) -> float | None:
+        """Range in m of the attraction around the contact; None if it is not given."""
+        return self.range
 
     @property
     def works(self) -> tuple[float, float]:

@@ -17,7 +17,6 @@ from pymdr.mapping.relaxation import Relaxation
 from pymdr.result import Result
 from pymdr.solving.memory import refuse_flow
 from pymdr.solving.study import Column, Study, dataset
-from pymdr.solving.zones import range_of
 from pymdr.units import FloatArray
 
 if TYPE_CHECKING:
@@ -107,11 +106,10 @@ def edge_work_of(results: Sequence[Result], relaxation: Relaxation) -> EdgeWork:
     """
     contact = results[0].contact
     law = contact.adhesion
-    range_ = range_of(law)
     assert law is not None
-    assert range_ is not None
+    assert law.attraction_range is not None
     refuse_flow(relaxation, "edge")
-    zone = SmallZone(relaxation, law.work, law.work / range_)
+    zone = SmallZone(relaxation, law.work, law.work / law.attraction_range)
     line = ElasticLine(equivalent_profile(contact.profile), relaxation.rubbery)
     parts = [_of_test(result, zone, line) for result in results]
     rows = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}

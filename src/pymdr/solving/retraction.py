@@ -23,7 +23,7 @@ from pymdr.solving.batch import Request, solutions
 from pymdr.solving.memory import powers_of, refuse_rigid, relaxation_along, times_along
 from pymdr.solving.pulloff import start_of_retraction
 from pymdr.solving.verb import read_stiffness, solve
-from pymdr.solving.zones import range_of, short_springs, zone_relaxation, zone_setting
+from pymdr.solving.zones import short_springs, zone_relaxation, zone_setting
 from pymdr.units import FloatArray, QuantityLike, shown, to_si, written
 
 ROWS, _FINE = 240, 48
@@ -256,20 +256,20 @@ def _graded(length: float, rows: dict[str, FloatArray]) -> FloatArray:
 
 
 def _first_length(contact: Contact, approach: _Approach) -> float:
-    range_ = range_of(contact.adhesion)
-    assert range_ is not None
-    return 2.0 * max(approach.top, 0.0) + 4.0 * range_
+    law = contact.adhesion
+    assert law is not None
+    assert law.attraction_range is not None
+    return 2.0 * max(approach.top, 0.0) + 4.0 * law.attraction_range
 
 
 def _approach(contact: Contact, speed: float, stiffness: float, quantity: str, target: float) -> _Approach:
     """The approach at a speed, up to a value of a quantity."""
     law = contact.adhesion
-    range_ = range_of(law)
-    assert law is not None
-    if range_ is None:
+    if law is None or law.attraction_range is None:
         raise ProblemError(
             "pull_off: bodies with memory need an adhesion of known range; give MaugisDugdale(work, range=...), Capillary, or JKR(work, range=...)"
         )
+    range_ = law.attraction_range
     channel = "indentation" if math.isinf(stiffness) else "travel"
     machine = None if math.isinf(stiffness) else stiffness
     top = target

@@ -29,7 +29,6 @@ from pymdr.solving.retraction import (
     stiffness_of_test,
 )
 from pymdr.solving.study import number
-from pymdr.solving.zones import range_of
 from pymdr.units import QuantityLike, shown
 
 if TYPE_CHECKING:
@@ -339,7 +338,7 @@ def relaxed_contact(contact: Contact, modulus: float, work: float | None = None)
     law = contact.adhesion
     assert law is not None
     work = law.work if work is None else work
-    own = MaugisDugdale(work, range=range_of(law)) if contact.is_cohesive else JKR(work)
+    own = MaugisDugdale(work, range=law.attraction_range) if contact.is_cohesive else JKR(work)
     return replace(contact, body=Elastic(modulus, 0.0), counterbody=Rigid(), adhesion=own)
 
 

@@ -16,7 +16,7 @@ from pymdr.line.soft.small_zone import ShortSprings, SmallZone
 from pymdr.line.soft.springs import FINE, ZoneLevel, ZoneSetting
 from pymdr.mapping.relaxation import Relaxation, relaxation_of
 from pymdr.problem.contact import Contact
-from pymdr.problem.laws import JKR, AdhesionLaw
+from pymdr.problem.laws import JKR
 from pymdr.problem.materials import Elastic, Material, Rigid
 from pymdr.problem.rheology import Prony
 from pymdr.solving.equilibria import AdhesiveLine
@@ -105,13 +105,6 @@ def zone_setting(
     return ZoneSetting(relaxation, softest, law.cohesive_stress, law.work, springs_of(line), _GROWTH * widest)
 
 
-def range_of(law: AdhesionLaw | None) -> float | None:
-    """Range of the attraction in m, which bodies with memory need; None without one."""
-    if law is not None and law.cohesive_stress is not None:
-        return law.work / law.cohesive_stress
-    return getattr(law, "range", None)
-
-
 def short_springs(contact: Contact, relaxation: Relaxation, verb: str = "solve") -> ShortSprings:
     """The springs of a contact of bodies with E*(t) under adhesion of short range, in the name of a verb."""
     refuse_rigid(relaxation, verb)
@@ -122,9 +115,9 @@ def short_springs(contact: Contact, relaxation: Relaxation, verb: str = "solve")
             "follows it"
         )
     law = contact.adhesion
-    assert isinstance(law, JKR)
-    assert law.range is not None
-    zone = SmallZone(relaxation, law.work, law.work / law.range)
+    assert law is not None
+    assert law.attraction_range is not None
+    zone = SmallZone(relaxation, law.work, law.work / law.attraction_range)
     line = AdhesiveLine(
         replace(contact, body=Elastic(relaxation.rubbery, 0.0), counterbody=Rigid(), adhesion=JKR(law.work))
     )
@@ -132,7 +125,7 @@ def short_springs(contact: Contact, relaxation: Relaxation, verb: str = "solve")
     rest = float(zone.zone_length(law.work))
     if rest > _LONGEST * size:
         raise ProblemError(
-            f"{verb}: JKR.range = {metres(law.range)}: the cohesive zone at rest would be {metres(rest)} long, more than {_LONGEST:g} of the contact "
+            f"{verb}: JKR.range = {metres(law.attraction_range)}: the cohesive zone at rest would be {metres(rest)} long, more than {_LONGEST:g} of the contact "
             f"radius without load, {metres(size)}; use MaugisDugdale(work, range=...), which has no such limit"
         )
     refuse_edge(line, math.inf, verb)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import TypeAlias
+from typing import ClassVar
 
 import numpy as np
 
@@ -24,12 +25,35 @@ from pymdr.units import FloatArray
 _WITHIN = 1.0 - 1e-9
 
 
+class LinearForces(ABC):
+    """Forces of elastic bodies without adhesion."""
+
+    fold: ClassVar[float] = 0.0
+
+    @property
+    def end(self) -> float:
+        """The depth in m at the end of the profile; inf without an end."""
+        return math.inf
+
+    @abstractmethod
+    def at(self, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Force in N and stiffness in N/m."""
+
+    @abstractmethod
+    def radius(self, depth: FloatArray) -> FloatArray:
+        """Contact radius in m at depths in m; of shapes that are not of revolution the longest distance of the edge from the apex."""
+
+    def over_root(self, r: FloatArray, span: float) -> tuple[FloatArray, FloatArray]:
+        """Force in N and its slope over r at the depths span r^2, in m."""
+        force, stiffness = self.at(span * r * r)
+        return force, stiffness * 2.0 * r * span
+
+
 @dataclass(frozen=True)
-class ElasticForces:
+class ElasticForces(LinearForces):
     """Forces of elastic bodies without adhesion."""
 
     line: Line
-    fold: float = 0.0
 
     @cached_property
     def end(self) -> float:
@@ -46,18 +70,13 @@ class ElasticForces:
         stiffness = self.line.stiffness(states.place)
         return normal_force(self.line, states) + stiffness * np.maximum(depth - self.end, 0.0), stiffness
 
-    def over_root(self, r: FloatArray, span: float) -> tuple[FloatArray, FloatArray]:
-        """Force in N and its slope over r at the depths span r^2, in m."""
-        force, stiffness = self.at(span * r * r)
-        return force, stiffness * 2.0 * r * span
-
     def radius(self, depth: FloatArray) -> FloatArray:
         """Contact radius in m at depths in m."""
         return np.asarray(states_at_depth(self.line, np.maximum(depth, 0.0)).contact_radius)
 
 
 @dataclass(frozen=True)
-class ScaledForces:
+class ScaledForces(LinearForces):
     """Forces of layered bodies, by those of bodies of the same ratios, which are tabulated once."""
 
     reference: ElasticForces
@@ -68,7 +87,6 @@ class ScaledForces:
     """In N per N of the reference."""
     width: float
     """Radius in m per m of the reference."""
-    fold: float = 0.0
 
     @property
     def end(self) -> float:
@@ -83,43 +101,27 @@ class ScaledForces:
             return ElasticForces(_line_of(self.own)).at(depth)
         return self.force * force, self.force / self.depth * stiffness
 
-    def over_root(self, r: FloatArray, span: float) -> tuple[FloatArray, FloatArray]:
-        """Force in N and its slope over r at the depths span r^2, in m."""
-        force, stiffness = self.at(span * r * r)
-        return force, stiffness * 2.0 * r * span
-
     def radius(self, depth: FloatArray) -> FloatArray:
         """Contact radius in m at depths in m."""
         return self.width * self.reference.radius(depth / self.depth)
 
 
 @dataclass(frozen=True)
-class ShapeForces:
+class ShapeForces(LinearForces):
     """Forces of elastic bodies whose profile is a pyramid or an elliptic paraboloid."""
 
     law: ShapeLaw
     modulus: float
     """E* in Pa."""
-    fold: float = 0.0
-    end: float = math.inf
 
     def at(self, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Force in N and stiffness in N/m."""
         states = self.law.at(depth, np.zeros_like(depth))
         return self.modulus * states.force, self.modulus * states.stiffness
 
-    def over_root(self, r: FloatArray, span: float) -> tuple[FloatArray, FloatArray]:
-        """Force in N and its slope over r at the depths span r^2, in m."""
-        force, stiffness = self.at(span * r * r)
-        return force, stiffness * 2.0 * r * span
-
     def radius(self, depth: FloatArray) -> FloatArray:
         """Longest distance in m of the edge of the contact from the apex at depths in m."""
         return self.law.at(depth, np.zeros_like(depth)).longest
-
-
-LinearForces: TypeAlias = ElasticForces | ScaledForces | ShapeForces
-"""Forces of elastic bodies without adhesion."""
 
 
 def elastic_forces(contact: Contact) -> LinearForces:
