@@ -293,6 +293,15 @@ def test_columns_that_hardly_differ_are_not_enlarged(size, spread, negative):
     assert not faults(figure)
 
 
+def test_values_that_differ_little_are_whole_numbers_at_their_axis():
+    with new_figure(3.0, 2.0) as figure:
+        axes = figure.subplots()
+        axes.plot([1.0, 2.0, 3.0], [299.85, 299.99, 300.0])
+        axes.set(xlabel="speed (m/s)", ylabel="work (J)")
+    assert not faults(figure)
+    assert [text.get_text() for text in axes.get_yticklabels()][1].startswith("299.")
+
+
 @settings(deadline=None, max_examples=examples(9))
 @given(st.floats(-2.0, 3.0), st.lists(st.text("abcdefgh", min_size=1, max_size=30), min_size=1, max_size=8))
 def test_legends_fit_between_the_sides(log_size, labels):

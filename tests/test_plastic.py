@@ -359,6 +359,10 @@ def test_travel_and_tension_are_followed_to_their_folds(stiffness):
     assert float(loaded["dissipated_energy"][-1]) > float(loaded["dissipated_energy"][-2])
     with pytest.raises(mdr.NotValidError, match="does not hold a prescribed tension"):
         mdr.solve(contact, mdr.load("-1 N"))["normal_force"]
+    assert np.isnan(loaded["mean_pressure"].values[-1])
+    without_yield = loaded.plot().axes[0].lines[0]
+    assert without_yield.get_label() == "without yield"
+    assert np.isfinite(without_yield.get_xydata()).all()
 
 
 STICKY = mdr.Contact(

@@ -390,7 +390,7 @@ def elastic_energy(line: Curve, states: DiskStates) -> FloatArray:
 def mean_pressure(force: FloatArray, contact_radius: FloatArray) -> FloatArray:
     """Mean pressure F / (pi a^2) in Pa; 0 without contact."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(contact_radius > 0.0, force / contact_radius / (math.pi * contact_radius), 0.0)
+        return np.where(contact_radius == 0.0, 0.0, force / contact_radius / (math.pi * contact_radius))
 
 
 @dataclass(frozen=True)

@@ -286,7 +286,7 @@ def plastic_plots(result: Result, row: int) -> Plots:
     d = data["indentation"].values
     body = result.contact.plastic
     assert body is not None
-    deepest = max(float(np.max(d)), 0.0)
+    deepest = float(np.nanmax(d, initial=0.0))
     depth = deepest * np.linspace(0.0, 1.0, _FINE)
     largest = np.array(deepest)
     back = float(ball.residual(largest)) + (deepest - float(ball.residual(largest))) * np.linspace(

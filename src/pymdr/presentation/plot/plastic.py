@@ -76,8 +76,8 @@ def draw_force(axes: draw.Axes, data: draw.FigureData, drawn: PlasticData) -> No
         at = float(draw.lengths(np.array(drawn.yield_depth), d_unit))
         axes.axvline(at, color=draw.GREY, lw=0.8, ls="--", label="first yield")
     # the elastic force may be many times that of the path
-    high = max(float(np.max(force)), float(np.max(drawn.loading[1])))
-    low = min(float(np.min(force)), 0.0)
+    high = max(float(np.nanmax(force, initial=0.0)), float(np.max(drawn.loading[1])))
+    low = float(np.nanmin(force, initial=0.0))
     if high > 0.0:
         top, bottom = draw.scaled(np.array([1.15 * high, low - 0.05 * (high - low)]), "normal_force", f_unit)
         axes.set_ylim(float(bottom), float(top))

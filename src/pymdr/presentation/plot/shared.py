@@ -46,6 +46,7 @@ _UNMET = 100
 _ROUNDING = 1e-4
 """Relative range of values that is drawn as constant."""
 STYLE: Any = {
+    "axes.formatter.useoffset": False,
     "axes.prop_cycle": cycler(color=CYCLE),
     "axes.spines.top": False,
     "axes.spines.right": False,
