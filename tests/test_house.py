@@ -1,10 +1,12 @@
 """Limits of the source that keep it readable: sizes of functions, and branches on kinds outside the tables of laws."""
 
 import ast
+import importlib
 import inspect
 import pickle
 import re
 import threading
+import typing
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -279,6 +281,36 @@ def test_all_public_functions_name_their_arguments_to_who_misspells_one():
         assert str(error.value).startswith(f"{function.__name__}() got"), function
 
 
+def test_hints_of_all_public_names_and_methods_are_types():
+    for face in [getattr(mdr, name) for name in mdr.__all__ if name != "__version__"] + list(
+        all_studies(Answer)
+    ):
+        typing.get_type_hints(face)
+    for method in public_callables():
+        assert typing.get_type_hints(method), method
+    assert (
+        typing.get_type_hints(mdr.Result.plot)["return"]
+        is importlib.import_module("matplotlib.figure").Figure
+    )
+
+
+def test_what_is_called_without_arguments_says_what_it_needs():
+    silent = {mdr.Level, mdr.Status, mdr.Result}  # users do not make these
+    for name in mdr.__all__:
+        face = getattr(mdr, name)
+        if not callable(face) or face in silent or (inspect.isclass(face) and issubclass(face, Exception)):
+            continue
+        if all(one.default is not one.empty for one in inspect.signature(face).parameters.values()):
+            continue
+        with pytest.raises(TypeError, match=rf"^{name}\(\) needs \w+.* \(arguments: "):
+            face()
+    words = r'^JKR\(\) needs work in J/m\^2 \(arguments: .*\); for example mdr.JKR\("50 mJ/m\^2"\)$'
+    with pytest.raises(TypeError, match=words):
+        mdr.JKR(range="3 nm")
+    with pytest.raises(TypeError, match=r"^Mass\(\) needs mass in kg "):
+        mdr.Mass("bob")
+
+
 def test_public_functions_pickle_and_keep_their_help():
     for name in mdr.__all__:
         function = getattr(mdr, name)
@@ -286,7 +318,8 @@ def test_public_functions_pickle_and_keep_their_help():
             assert pickle.loads(pickle.dumps(function)) is function
             assert inspect.getdoc(function)
             assert all(
-                one.kind is not one.VAR_KEYWORD for one in inspect.signature(function).parameters.values()
+                one.kind is not one.VAR_KEYWORD and one.default is not ...
+                for one in inspect.signature(function).parameters.values()
             )
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, TypedDict
 
 import numpy as np
 
+from pymdr.deferred import mpl, xr
 from pymdr.errors import NotValidError, ProblemError, QuantityError
 from pymdr.interpretation.interior import (
     SPATIAL_COMPONENTS,
@@ -20,9 +21,6 @@ from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_s
 
 if TYPE_CHECKING:
     from pathlib import Path as FilePath
-
-    import xarray as xr
-    from matplotlib.figure import Figure
 
     from pymdr.presentation.plot import StressedBody
 
@@ -308,7 +306,9 @@ _SURFACE_POINTS = 241
 """Points of a line along the surface; those at the edges are added."""
 
 
-def drawn_section(interior: Interior, name: str, row: int, superposed: Superposed | None = None) -> Figure:
+def drawn_section(
+    interior: Interior, name: str, row: int, superposed: Superposed | None = None
+) -> mpl.figure.Figure:
     """
     A measure of stress in section along the shift, with the contact and the place of its largest value.
 
@@ -333,7 +333,7 @@ def drawn_section(interior: Interior, name: str, row: int, superposed: Superpose
 
 def drawn_stress(
     interiors: Mapping[str, Interior], name: str, row: int, superposed: Superposed | None = None
-) -> Figure:
+) -> mpl.figure.Figure:
     """
     A measure of stress in section in one body or both, with the components on the axis and at the surface.
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from copy import copy
 from itertools import pairwise
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +38,17 @@ class Threads:
         """What a kernel returns of all parts, or of some."""
         parts = self.parts if parts is None else parts
         return list(map(kernel, parts) if self._pool is None else self._pool.map(kernel, parts))
+
+
+class CompiledStep(NamedTuple):
+    """A compiled step with its arguments."""
+
+    step: Any
+    """``step(body, states, i, indentation, shift, duration)`` of contact i, which returns ``(ending, normal, tangential)``."""
+    body: tuple[Any, ...]
+    """What all contacts share."""
+    states: tuple[Any, ...]
+    """What the contacts remember, which steps change."""
 
 
 class Moved(ABC):

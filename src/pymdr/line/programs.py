@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import singledispatch
-from typing import Any, NamedTuple
+from typing import Any
 
 from pymdr.compiling import Fused
 from pymdr.errors import ProblemError
@@ -18,7 +18,7 @@ from pymdr.line.friction.layout import COMPLETE, STACK_FULL
 from pymdr.line.memory import RelaxingContacts
 from pymdr.line.memory import steps as relaxing
 from pymdr.line.memory.row_kernels import Run
-from pymdr.line.moved import Moved
+from pymdr.line.moved import CompiledStep, Moved
 from pymdr.line.plane import PlaneContacts
 from pymdr.line.plane import steps as springs
 from pymdr.line.plastic import YieldingContacts
@@ -33,17 +33,6 @@ _fused = Fused(
 )
 _Line = tuple[float, float, FloatArray, FloatArray]
 _States = tuple[Any, FloatArray]
-
-
-class CompiledStep(NamedTuple):
-    """A compiled step with its arguments."""
-
-    step: Any
-    """``step(body, states, i, indentation, shift, duration)`` of contact i, which returns ``(ending, normal, tangential)``."""
-    body: tuple[Any, ...]
-    """What all contacts share."""
-    states: tuple[Any, ...]
-    """What the contacts remember, which steps change."""
 
 
 @_fused.compiled

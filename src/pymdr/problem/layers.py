@@ -10,6 +10,7 @@ import numpy as np
 
 from pymdr.errors import ProblemError
 from pymdr.problem.materials import Elastic, Material, Rigid, Viscoelastic
+from pymdr.problem.values import OptionalSIField as OptionalSIField
 from pymdr.problem.values import SIField, Value
 from pymdr.units import metres, shown
 

@@ -1,9 +1,9 @@
-"""Arguments of public functions and methods: unknown ones are refused with the nearest name; options are in the signatures."""
+"""Arguments of public functions and constructors: errors name the nearest or the missing one; options are in the signatures."""
 
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import wraps
 from types import FunctionType
 from typing import Any, TypeVar, cast
@@ -13,8 +13,13 @@ from pymdr.problem.naming import nearest
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
-def with_options(options: type) -> Callable[[_Function], _Function]:
-    """Show the keys of a TypedDict in the signature of a function in place of its ``**keywords``, for help and completion."""
+def with_options(options: type, of: Callable[..., Any] | None = None) -> Callable[[_Function], _Function]:
+    """
+    Show the keys of a TypedDict in the signature of a function in place of its ``**keywords``, for help and completion.
+
+    Their defaults are those of the function `of`, else None.
+    """
+    defaults = inspect.signature(of).parameters if of else {}
 
     def documented(function: _Function) -> _Function:
         own = inspect.signature(function)
@@ -23,7 +28,7 @@ def with_options(options: type) -> Callable[[_Function], _Function]:
             inspect.Parameter(
                 name,
                 inspect.Parameter.KEYWORD_ONLY,
-                default=None if "None" in str(hint) else ...,
+                default=defaults[name].default if of else None,
                 annotation=hint,
             )
             for name, hint in _hints(options).items()
@@ -36,7 +41,7 @@ def with_options(options: type) -> Callable[[_Function], _Function]:
 
 def with_known_arguments(function: _Function) -> _Function:
     """
-    The function, which refuses unknown keywords with a TypeError that names it, the nearest argument and all arguments.
+    The function, which refuses unknown and missing arguments with a TypeError that names them, the nearest one and all.
 
     All functions of the public face and all methods of :class:`Checked` are such.
 
@@ -57,7 +62,11 @@ def with_known_arguments(function: _Function) -> _Function:
     def known(*args: Any, **keywords: Any) -> Any:
         if not keywords.keys() <= names.keys():
             refuse_unknown(title, keywords, [name for name in names if name not in ("self", "cls")])
-        return function(*args, **keywords)
+        try:
+            return function(*args, **keywords)
+        except TypeError:
+            refuse_missing(title, function, args, keywords)
+            raise
 
     return cast(_Function, known)
 
@@ -83,8 +92,47 @@ def refuse_unknown(title: str, keywords: Iterable[str], names: Sequence[str]) ->
             )
 
 
+def refuse_missing(
+    title: str,
+    called: Callable[..., Any],
+    args: Sequence[Any],
+    keywords: Mapping[str, Any],
+    unit_of: Callable[[str], str] = lambda name: "",
+) -> None:
+    """Raise a TypeError that names the missing arguments, if there are any, with their units and a call from the docstring."""
+    parameters = inspect.signature(called).parameters
+    missing = [
+        f"{name} in {unit}" if (unit := unit_of(name)) else name
+        for i, (name, one) in enumerate(parameters.items())
+        if one.default is one.empty
+        and (i >= len(args) or one.kind is one.KEYWORD_ONLY)
+        and name not in keywords
+        and one.kind not in (one.VAR_POSITIONAL, one.VAR_KEYWORD)
+    ]
+    if missing:
+        *others, last = missing
+        words = f"{', '.join(others)} and {last}" if others else last
+        names = ", ".join(name for name in parameters if name not in ("self", "cls"))
+        call = _call(title, called.__doc__ or "")
+        raise TypeError(
+            f"{title}() needs {words} (arguments: {names})" + (f"; for example {call}" if call else "")
+        ) from None
+
+
+def _call(title: str, doc: str) -> str:
+    """The first complete call of a function in its examples."""
+    for line in doc.splitlines():
+        start = line.find(f"mdr.{title}(") if line.lstrip().startswith((">>> ", "... ")) else -1
+        depth = 0
+        for i in range(start, len(line)) if start >= 0 else ():
+            depth += (line[i] == "(") - (line[i] == ")")
+            if depth == 0 and line[i] == ")":
+                return line[start : i + 1]
+    return ""
+
+
 class Checked:
-    """Base of classes whose public methods refuse unknown arguments."""
+    """Base of classes whose public methods refuse unknown and missing arguments."""
 
     def __init_subclass__(cls) -> None:
         """Wrap the public methods that the class adds."""

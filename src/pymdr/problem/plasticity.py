@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from pymdr.errors import ProblemError
 from pymdr.problem.materials import Material
+from pymdr.problem.values import OptionalSIField as OptionalSIField
 from pymdr.problem.values import SIField
 from pymdr.units import shown
 

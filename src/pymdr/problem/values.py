@@ -6,15 +6,17 @@ import inspect
 import math
 import pickle
 import re
+from abc import ABCMeta
 from collections.abc import Callable, Mapping
 from dataclasses import Field, fields
+from functools import partial
 from html import escape
-from typing import Any, ClassVar, Self, overload
+from typing import Any, ClassVar, overload
 
 import numpy as np
 
 from pymdr.errors import ProblemError, UnitError
-from pymdr.problem.options import Checked, refuse_unknown
+from pymdr.problem.options import Checked, refuse_missing, refuse_unknown
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_si, to_si_array, written
 
 
@@ -62,7 +64,7 @@ def without_named(state: Mapping[str, Any]) -> dict[str, Any]:
 
 
 class _Signature:
-    """The signature of ``__init__``, which that of ``__new__`` would hide."""
+    """The signature of ``__init__``, which that of the call of a class would hide."""
 
     def __get__(self, instance: object, owner: type) -> inspect.Signature:
         signature = inspect.signature(owner.__init__)  # type: ignore[misc]
@@ -81,7 +83,19 @@ UnitError
 """
 
 
-class Value(Checked):
+class _Constructor(ABCMeta):
+    """Constructors name unknown and missing arguments, and what is meant."""
+
+    def __call__(cls, *args: Any, **keywords: Any) -> Any:
+        try:
+            return type.__call__(cls, *args, **keywords)
+        except TypeError:
+            refuse_unknown(cls.__name__, keywords, list(inspect.signature(cls).parameters))
+            refuse_missing(cls.__name__, cls, args, keywords, partial(_unit, cls))
+            raise
+
+
+class Value(Checked, metaclass=_Constructor):
     """Base of the frozen problem dataclasses: compared and hashed by content.
 
     Subclasses are declared with ``@dataclass(frozen=True, eq=False)``.
@@ -97,12 +111,6 @@ class Value(Checked):
         entries = [entry for base in cls.__mro__ for entry in vars(base).values()]
         if "\nRaises\n" not in text and any(isinstance(entry, SIField) for entry in entries):
             cls.__doc__ = _PARAMETERS.sub(lambda section: section[0] + _RAISES, text, count=1)
-
-    def __new__(cls, *args: Any, **keywords: Any) -> Self:
-        """Refuse unknown arguments with the name that is meant."""
-        if keywords and not keywords.keys() <= cls.__dataclass_fields__.keys():
-            refuse_unknown(cls.__name__, keywords, list(cls.__signature__.parameters))
-        return super().__new__(cls)
 
     def _key(self) -> tuple[Any, ...]:
         return tuple((f.name, _content(getattr(self, f.name))) for f in fields(self))

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pymdr.deferred import xr
 from pymdr.errors import QuantityError
 from pymdr.interpretation.validity import Claim
 from pymdr.quantities import AXES, Quantity, quantity
 from pymdr.units import FloatArray, from_si, shown
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 def _locked(values: np.ndarray) -> np.ndarray:

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from pymdr.deferred import xr
 from pymdr.errors import QuantityError
 from pymdr.interpretation.validity import BoolArray
 from pymdr.units import shown
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 def row_indices(step: int | Sequence[int] | None, n: int) -> list[int]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, partial
@@ -9,6 +10,8 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
+import pymdr
+from pymdr.deferred import mpl, pd, xr
 from pymdr.errors import FileError, NotValidError, QuantityError
 from pymdr.inside import (
     Inside,
@@ -46,13 +49,6 @@ from pymdr.result.status import Claims, Status
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, from_si, shown, to_si, to_si_array
 
 if TYPE_CHECKING:
-    import os
-
-    import pandas as pd
-    import xarray as xr
-    from matplotlib.figure import Figure
-
-    from pymdr.independent.rings import Rings
     from pymdr.presentation.plot import Plots
 
 
@@ -121,7 +117,7 @@ class Result(Checked):
     """How fields and figures are computed."""
     references: tuple[str, ...]
     """Keys of the theory that was used; :meth:`cite` writes them out."""
-    rings: Rings | None = None
+    rings: pymdr.Rings | None = None
     """The ring solver, if it was used instead of the method."""
     machine_stiffness: float | None = None
     """Stiffness of the machine in N/m, if there is one."""
@@ -489,7 +485,7 @@ class Result(Checked):
         """References of the theory that this result used."""
         return tuple(SOURCES[key] for key in self.references)
 
-    def plot(self, name: str | None = None, *, step: int = -1) -> Figure:
+    def plot(self, name: str | None = None, *, step: int = -1) -> mpl.figure.Figure:
         """
         The overview figure, or one figure by name.
 
@@ -523,7 +519,7 @@ class Result(Checked):
             raise QuantityError(f"plot: {shown(name)}; figures are {', '.join(figures)}, stress{hint}")
         return figures[name]
 
-    def figures(self, step: int = -1) -> dict[str, Figure]:
+    def figures(self, step: int = -1) -> dict[str, mpl.figure.Figure]:
         """
         All figures of the result by name.
 
@@ -548,7 +544,7 @@ class Result(Checked):
         name: str = "von_mises",
         side: str | None = None,
         superposed: Superposed | None = None,
-    ) -> Figure:
+    ) -> mpl.figure.Figure:
         """
         The stress inside the bodies: a measure in section with its largest value, and the components on the axis and at the surface.
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import reduce
 from operator import rshift
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pymdr.deferred import xr
 from pymdr.independent.rings import Rings
 from pymdr.presentation.text import bytes_text
 from pymdr.problem.contact import Contact
@@ -20,9 +21,6 @@ from pymdr.result import Status
 from pymdr.solving.study import Study, dataset
 from pymdr.solving.verb import check_request, solve
 from pymdr.units import QuantityLike
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _SHORT = 100_000
 """Largest number of rows for which the whole path is followed."""

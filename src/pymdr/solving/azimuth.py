@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
+from pymdr.deferred import mpl, xr
 from pymdr.errors import ProblemError
 from pymdr.mapping.surfaces.summits import MeanProfile, mean_profile
 from pymdr.problem.profiles import Sampled
 from pymdr.problem.topography import Topography
 from pymdr.solving.study import Study, dataset
 from pymdr.units import ArrayQuantityLike, QuantityLike, metres, shown, to_si, to_si_array
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 _PREFIX = "azimuthal_profile"
 _DRAWN = 400
@@ -57,7 +54,7 @@ class AzimuthalProfile(Study):
             f"of d - {below} is a rigorous lower bound of the force on the bump at d below its highest height (as in press)",
         ]
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         """The surface with the apex, and the mean with its scatter and the curve through it."""
         from pymdr.presentation.plot import bump_study
 

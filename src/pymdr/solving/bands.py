@@ -6,19 +6,16 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pymdr.deferred import xr
 from pymdr.errors import ConvergenceError, PathError
 from pymdr.interpretation.validity import SOURCES, Claim, Level
 from pymdr.problem.contact import Contact
 from pymdr.problem.profiles import Profile, Sampled, Sum
 from pymdr.result import Result, labelled
 from pymdr.units import FloatArray
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 BAND_NOTE = (
     "bands are the results for the profile lowered and raised by its scatter: a sensitivity, not a confidence "

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import scipy
@@ -24,10 +25,6 @@ from pymdr.solving.rough import press_rough
 from pymdr.solving.study import Column, Study, over_rows
 from pymdr.solving.workers import Workers, checked_workers, counted, in_order
 from pymdr.units import FloatArray, shown
-
-if TYPE_CHECKING:
-    import os
-
 
 _PREFIX = "calibrate_coefficient"
 _UNIT = Elastic(1.0, 0.0)

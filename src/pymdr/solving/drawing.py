@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pymdr.deferred import mpl
 from pymdr.errors import ProblemError, PymdrError
 from pymdr.interpretation.conductance import CONDUCTIONS
 from pymdr.interpretation.jumps import Branches, branches_of, branches_of_edge
@@ -29,8 +30,6 @@ from pymdr.solving.equilibria import finite
 from pymdr.units import FloatArray, written
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from pymdr.presentation.plot import FigureData, LayersDrawn, Plots
 
 
@@ -96,7 +95,7 @@ def frictional_memory_plots(result: Result, row: int) -> Plots:
 
     data = _figure_data(result, row)
 
-    def both(data: FigureData) -> dict[str, Figure]:
+    def both(data: FigureData) -> dict[str, mpl.figure.Figure]:
         history = memory_figures(data)["history"]
         return {**frictional_figures(data), "history": history}
 
@@ -109,7 +108,7 @@ def plots_with_conduction(plots: Callable[[Result, int], Plots], result: Result,
 
     drawn = plots(result, row)
 
-    def drawn_too(data: FigureData) -> dict[str, Figure]:
+    def drawn_too(data: FigureData) -> dict[str, mpl.figure.Figure]:
         levels = {
             each.quantity: result.claims[each.quantity].level.value
             for each in CONDUCTIONS

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
+from pymdr.deferred import xr
 from pymdr.interpretation.validity import SOURCES, Claim, Level
 from pymdr.line.curves import ElasticLine
 from pymdr.line.soft.small_zone import SmallZone
@@ -18,9 +19,6 @@ from pymdr.result import Result
 from pymdr.solving.memory import refuse_flow
 from pymdr.solving.study import Column, Study, dataset
 from pymdr.units import FloatArray
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _PARTS = 300
 """Rows of a test: least step of the contact radius as a part of the largest."""

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
+from pymdr.deferred import mpl, xr
 from pymdr.errors import NotValidError, ProblemError
 from pymdr.inside import background_of
 from pymdr.interpretation.endangered import Site, most_endangered
@@ -30,10 +31,6 @@ from pymdr.quantities import ACROSS, ALONG, DEPTH, quantity
 from pymdr.result import Result
 from pymdr.solving.study import Study, dataset, number
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_si, to_si_array
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 CycledStress: TypeAlias = Mapping[str, QuantityLike | ArrayQuantityLike | Callable[[FloatArray], Any]]
 """Components of a stress by name: a quantity, one value for every row of the result, or a function of the depths in m."""
@@ -151,7 +148,7 @@ class Fatigue(Study):
             attrs={"units": row.unit, "long_name": row.long_name, "symbol": row.symbol},
         )
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         """The map through the most endangered place, with its plane."""
         from pymdr.presentation.plot import fatigue_study
 

@@ -5,17 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pymdr.deferred import xr
 from pymdr.errors import ProblemError
 from pymdr.solving.study import Study, TextTable, dataset
 from pymdr.units import ArrayQuantityLike, FloatArray, shown, to_si_array, written
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _NORMAL, _FOR_RANKS = 1.959964, 6
 """Half width of a 95 % interval in standard deviations, and the fewest values between whose extremes a median is with 95 %."""

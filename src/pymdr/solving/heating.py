@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
+from pymdr.deferred import mpl, xr
 from pymdr.errors import ProblemError
 from pymdr.interpretation.accuracy import normal_errors, with_errors
 from pymdr.interpretation.certificate import with_rings
@@ -28,10 +29,6 @@ from pymdr.solving.frictional import frictional_assumptions, pressed_joint
 from pymdr.solving.mapped import map_remark
 from pymdr.solving.study import Column, Study, dataset, over_rows
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, written
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 _NO_AREA = "the area of a contact is not in its force curve; give the shape itself as a profile"
 _JOULE, _RUBBING = "joule_heating", "frictional_heat"
@@ -60,7 +57,7 @@ class JouleHeating(Study):
     }
     summary_claims: ClassVar = ("largest_temperature",)
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         """Largest temperature rise against voltage, with that of metals."""
         from pymdr.presentation.plot import joule_study
 

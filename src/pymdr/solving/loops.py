@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
+from pymdr.deferred import mpl, xr
 from pymdr.errors import ProblemError, PymdrError
 from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.certificate import with_rings
@@ -32,10 +33,6 @@ from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, newtons, sh
 _NODES, _LEVELS, _SETTLED = 16, 60, 1e-14
 _ROUNDED = 4.0 * float(np.finfo(float).eps)
 """Relative precision of d - g(x), over d."""
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,7 +70,7 @@ class FrictionLoop(Study):
             (float(mu), self.data.isel(coefficient=i)) for i, mu in enumerate(self.data["coefficient"].values)
         ]
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         """Dissipation, damping ratio and stiffness against amplitude."""
         from pymdr.presentation.plot import loop_study
 

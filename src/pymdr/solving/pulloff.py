@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
+from pymdr.deferred import mpl, xr
 from pymdr.errors import PathError, ProblemError, RefusedError
 from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.adhesion import Visited, certify_stretched_disk, is_always_open
@@ -28,10 +29,6 @@ from pymdr.solving.mapped import assumptions, map_remark
 from pymdr.solving.study import Study, dataset, number
 from pymdr.solving.verb import read_stiffness
 from pymdr.units import FloatArray, QuantityLike, to_si
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 COST = 0.01
 
@@ -82,7 +79,7 @@ class PullOff(Study):
             "largest pull before": {"normal_force": self.largest_pull},
         }
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         from pymdr.presentation.plot import pull_off_figure
 
         assert self.contact is not None

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
+from pymdr.deferred import mpl, xr
 from pymdr.errors import ProblemError
 from pymdr.interpretation.branches import equilibrium_curve
 from pymdr.interpretation.theories import theory_of
@@ -24,10 +25,6 @@ from pymdr.solving.pulloff import COST, PullOff, elastic_pull_off, tip_radius
 from pymdr.solving.study import Column, Study, dataset, number
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray, QuantityLike, to_si
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,7 +78,7 @@ class AdhesionRegime(Study):
             f"recommended: {type(self.recommended).__name__}",
         ]
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         """Force against indentation, and the pressure of the unloaded contact, under every law."""
         from pymdr.presentation.plot import compared_laws
 

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+import os
 from typing import TYPE_CHECKING
 
+from pymdr.deferred import xr
 from pymdr.errors import FileError, ProblemError
 from pymdr.independent.rings import Rings
 from pymdr.result import Result, Status
 from pymdr.solving.laws import law_of
 
 if TYPE_CHECKING:
-    import os
     from pathlib import Path
 
-    import xarray as xr
 
 RESULT_FILE = "result.nc"
 """Name of the result in the folder of a case."""

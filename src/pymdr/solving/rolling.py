@@ -5,10 +5,11 @@ from __future__ import annotations
 import contextlib
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
+from pymdr.deferred import xr
 from pymdr.errors import ProblemError
 from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.certificate import with_rings
@@ -32,9 +33,6 @@ from pymdr.solving.frictional import frictional_assumptions, pressed_joint
 from pymdr.solving.mapped import Springs, map_remark
 from pymdr.solving.study import Column, Study, dataset, over_rows
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, metres, shown, to_si_array, written
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _LARGEST = 2.0
 """A creepage is a difference of speeds over their mean."""

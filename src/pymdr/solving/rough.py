@@ -7,10 +7,11 @@ import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, ClassVar, Unpack
+from typing import ClassVar, Unpack
 
 import numpy as np
 
+from pymdr.deferred import mpl, xr
 from pymdr.errors import ProblemError
 from pymdr.interpretation.conductance import conduction_of_stiffness
 from pymdr.interpretation.rough import FITTED, PUBLISHED, power_law_claims, rough_assumptions, rough_claims
@@ -26,10 +27,6 @@ from pymdr.solving.rough_lines import PREFIX, RoughLine, States, rough_line, who
 from pymdr.solving.study import Column, Study, dataset, over_rows
 from pymdr.solving.workers import Workers, checked_workers, in_order, is_cluster
 from pymdr.units import FloatArray, QuantityLike, newtons, written
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 _BAND = (16.0, 84.0)
 """Percentiles of the realisations: plus and minus one standard deviation of a log-normal distribution."""
@@ -86,7 +83,7 @@ class RoughContact(Study):
             return [*lines, f"below {newtons(attrs['crossover_force'])} roughness softens the ball"]
         return [*lines, f"full contact has {written(attrs['full_contact_stiffness'], 'N/m')}"]
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         """Stiffness against force with its band, the closed form and full contact; springs in contact; the spectrum."""
         from pymdr.presentation.plot import rough_study
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
+from pymdr.deferred import mpl, xr
 from pymdr.errors import NotValidError, ProblemError
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
 from pymdr.mapping.surfaces.spectrum import (
@@ -25,10 +26,6 @@ from pymdr.problem.topography import Topography
 from pymdr.problem.topography.preparing import interpolated_fraction
 from pymdr.solving.study import Column, Study, dataset
 from pymdr.units import FloatArray, QuantityLike, metres, shown, to_si
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 _PREFIX = "power_spectrum"
 _PIXELS_PER_WAVE = 4
@@ -155,7 +152,7 @@ class PowerSpectrum(Study):
                 )
         return lines
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         """The surface, and its spectrum with the law and the range on which it holds."""
         from pymdr.presentation.plot import spectrum_study
 

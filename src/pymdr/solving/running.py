@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
+from pymdr.deferred import xr
 from pymdr.errors import ProblemError
 from pymdr.interpretation.validity import Claim, Level
 from pymdr.problem.contact import Contact, require_contact
@@ -15,9 +16,6 @@ from pymdr.solving.frictional import pressed_joint
 from pymdr.solving.loops import friction_loop
 from pymdr.solving.study import Answer, Column, Study, dataset
 from pymdr.units import ArrayQuantityLike, FloatArray
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 @dataclass(frozen=True, kw_only=True)

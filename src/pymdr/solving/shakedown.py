@@ -6,10 +6,11 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
+from pymdr.deferred import mpl
 from pymdr.errors import ConvergenceError, NotValidError, ProblemError
 from pymdr.inside import drawn_section
 from pymdr.interpretation.interior import Interior, stressed_body
@@ -33,9 +34,6 @@ from pymdr.solving.yielding import (
     states_of,
 )
 from pymdr.units import FloatArray, QuantityLike, shown, to_si
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 _MET, _GUESSES = 3e-6, 20
 """Relative difference of a shear measure from the yield stress at which a load is taken, and the most loads that are tried."""
@@ -84,7 +82,7 @@ class Shakedown(Study):
     }
     summary_claims: ClassVar[tuple[str, ...]] = ("normal_force", "normal_force_high")
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         """The shakedown map; for one ratio of forces the von Mises stress at the safe load."""
         if self.data.sizes["force_ratio"] > 1:
             from pymdr.presentation.plot import shakedown_map

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
+from pymdr.deferred import xr
 from pymdr.errors import ConvergenceError, PathError, ProblemError
 from pymdr.interpretation.certificate import with_rings
 from pymdr.interpretation.sliding import Limits, friction_error, sliding_claims
@@ -36,9 +37,6 @@ from pymdr.solving.mapped import map_remark, notes_of, refuse_unreachable
 from pymdr.solving.memory import assumptions_with_memory, powers_of
 from pymdr.solving.study import Column, Study, over_rows
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, metres, written
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _PREFIX = "sliding_friction"
 _SETTLED = 1e-13

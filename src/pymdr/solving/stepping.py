@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
 from pymdr.errors import PathError, ProblemError, PymdrError, RefusedError
 from pymdr.interpretation.validity import Claim, approximated
-from pymdr.line.moved import Moved, Threads
+from pymdr.line.moved import CompiledStep, Moved, Threads
 from pymdr.line.plane import PlaneContacts
 from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.options import with_known_arguments
@@ -26,9 +26,6 @@ from pymdr.solving.verb import solve
 from pymdr.solving.viscoelastic import SPRINGS
 from pymdr.solving.workers import checked_workers, is_cluster
 from pymdr.units import FloatArray, QuantityLike, metres, shown, to_si
-
-if TYPE_CHECKING:
-    from pymdr.line.programs import CompiledStep
 
 _CLAIMED = (
     "normal_force",

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pymdr.deferred import mpl, xr
 from pymdr.errors import QuantityError
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim
 from pymdr.mapping.portable import portable
@@ -21,9 +22,6 @@ from pymdr.result import Claims
 from pymdr.units import FloatArray, from_si, good_unit, shown
 
 if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
-
     from pymdr.presentation.report import ReportPart
     from pymdr.presentation.text import StudyText
 
@@ -81,19 +79,19 @@ class Answer(Checked):
         """References of the theory and of the method."""
         return tuple(SOURCES[key] for key in self.references)
 
-    def plot(self) -> Figure:
+    def plot(self) -> mpl.figure.Figure:
         """The overview figure, with the conditions that are not met below it."""
         from pymdr.presentation.plot import with_unmet
 
         return with_unmet(self._figure(), self.assumptions)
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         """The figure; by default the columns of the summary over the rows."""
         from pymdr.presentation import plot
 
         if self._drawn:
             draw, *parts = self._drawn
-            figure: Figure = getattr(plot, draw)(*(getattr(self, part) for part in parts))
+            figure: mpl.figure.Figure = getattr(plot, draw)(*(getattr(self, part) for part in parts))
             return figure
         return plot.columns_study(self.data, {name: column.label for name, column in self.columns.items()})
 

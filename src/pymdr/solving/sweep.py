@@ -9,11 +9,12 @@ import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypedDict, Unpack
+from typing import Any, ClassVar, NamedTuple, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pymdr.deferred import mpl, xr
 from pymdr.errors import ProblemError, PymdrError, QuantityError
 from pymdr.interpretation.validity import Claim, Level
 from pymdr.machine import memory_of_machine
@@ -34,10 +35,6 @@ from pymdr.solving.study import Study, dataset
 from pymdr.solving.verb import read_stiffness
 from pymdr.solving.workers import KeptParts, Workers
 from pymdr.units import FloatArray, QuantityLike, shown, to_si_array, written
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 _MACHINE, _PATH = "machine_stiffness", "path"
 _BETWEEN_WRITES = 2.0
@@ -120,7 +117,7 @@ class Sweep(Study):
             for name, i in zip(self.parameters, index, strict=True)
         )
 
-    def plot(self, name: str = "normal_force") -> Figure:
+    def plot(self, name: str = "normal_force") -> mpl.figure.Figure:
         """
         A quantity along the path at every point, and its largest value over the first parameter; of vectors the magnitudes.
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pymdr.deferred import mpl
 from pymdr.errors import ConvergenceError, ProblemError, PymdrError
 from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.validity import SOURCES, Claim, Level
@@ -30,9 +30,6 @@ from pymdr.solving.retraction import (
 )
 from pymdr.solving.study import number
 from pymdr.units import QuantityLike, shown
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 _TRIES, _NEAREST = 40, 6
 _WORK_TOLERANCE = 1e-7
@@ -85,7 +82,7 @@ class TackPullOff(PullOff):
         """Energy release rate of the receding edge over its speed, beside the formula of a short zone."""
         return edge_work_of([self.result], relaxation_along(self.result.contact, self.result.path))
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         from pymdr.presentation.plot import pull_off_figure
 
         rows = self.result.data

@@ -6,10 +6,11 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, ClassVar, TypedDict, Unpack
+from typing import ClassVar, TypedDict, Unpack
 
 import numpy as np
 
+from pymdr.deferred import mpl, xr
 from pymdr.errors import ProblemError
 from pymdr.interpretation.validity import SOURCES, Claim, Level
 from pymdr.mapping.relaxation import Relaxation
@@ -21,13 +22,9 @@ from pymdr.solving.memory import powers_of, relaxation_along
 from pymdr.solving.pulloff import adhesive, elastic_pull_off, unit_of
 from pymdr.solving.retraction import TackTest, dwell_of_test, speed_of_test, stiffness_of_test
 from pymdr.solving.study import Column, Study, dataset
-from pymdr.solving.tack import TackPullOff, relaxed_contact, tack_tests
+from pymdr.solving.tack import TackPullOff, pull_off, relaxed_contact, tack_tests
 from pymdr.solving.workers import Workers
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_si_array
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 _NAMES = (
     "largest_pull",
@@ -92,14 +89,14 @@ class PullOffCurve(Study):
             return {}
         return {"relaxed body, any speed": {"normal_force": float(self.data["slow_limit"])}}
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         from pymdr.presentation.plot import pull_off_speeds
 
         rest = self.data.sizes["dwell"]
         return pull_off_speeds(self.data, [one.data for one in self.results[rest - 1 :: rest]])
 
 
-@with_options(TackOptions)
+@with_options(TackOptions, pull_off)
 def pull_off_curve(
     contact: Contact,
     *,

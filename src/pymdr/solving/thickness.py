@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
+from pymdr.deferred import mpl
 from pymdr.interpretation.layers import base_assumption, first_fault
 from pymdr.interpretation.validity import EXACT_WITHIN, Claim, Level, bodies_of
 from pymdr.line.foundation import normal_force, states_at_depth
@@ -21,9 +22,6 @@ from pymdr.solving.arguments import positive_row
 from pymdr.solving.mapped import refuse_unreachable
 from pymdr.solving.study import Column, Study, over_rows
 from pymdr.units import ArrayQuantityLike, QuantityLike
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,7 +38,7 @@ class ThicknessCorrection(Study):
     }
     summary_claims: ClassVar[tuple[str, ...]] = ("force_factor",)
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         """Both factors over the indentation."""
         from pymdr.presentation.plot import thickness_study
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
+from pymdr.deferred import mpl, xr
 from pymdr.errors import ProblemError
 from pymdr.interpretation.certificate import certify_history
 from pymdr.interpretation.wear import small_amplitude, wear_claims
@@ -39,10 +40,6 @@ from pymdr.solving.wearing import (
     surface_of_wear,
 )
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_si, to_si_array
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 _ROWS, _DECADES = 31, 5.0
 _FOOT = 0.01
@@ -196,7 +193,7 @@ class Wear(Study):
             error += 0.0 if own is None else float(own[row])
         return ForceCurve(depth - depth[0], 2.0 * modulus * half_load, modulus=modulus, error=error)
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         """The worn profile, the pressure, the worn volume and the radii over cycles."""
         from pymdr.presentation.plot import wear_study
 

@@ -10,14 +10,12 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
+from pymdr.deferred import xr
 from pymdr.errors import FileError, ProblemError, PymdrError
 from pymdr.units import shown
 from pymdr.version import __version__
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Part = TypeVar("Part")
 Answer = TypeVar("Answer")

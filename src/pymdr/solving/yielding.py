@@ -6,10 +6,11 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
+from pymdr.deferred import mpl
 from pymdr.errors import NotValidError, ProblemError
 from pymdr.inside import drawn_section
 from pymdr.interpretation.dragged import Dragged
@@ -31,9 +32,6 @@ from pymdr.quantities import quantity
 from pymdr.solving.study import Column, Study, dataset
 from pymdr.solving.verb import solve
 from pymdr.units import QuantityLike, metres, shown, to_si, written
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 _CRITERIA = {"von Mises": "von_mises", "Tresca": "tresca"}
 _STEP, _TRIES = 4.0, 20
@@ -76,7 +74,7 @@ class FirstYield(Study):
     }
     summary_claims: ClassVar[tuple[str, ...]] = ("normal_force", "yield_depth")
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         """The von Mises stress at first yield by von Mises."""
         assert self.contact is not None
         depth = float(self.data["indentation"].values[0])

@@ -5,17 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
+from pymdr.deferred import xr
 from pymdr.quantities import quantity
 from pymdr.solving.study import Study
 from pymdr.units import written
 from pymdr.workbench.subsurface import Subsurface
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -5,19 +5,17 @@ from __future__ import annotations
 import logging
 import os
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from pymdr.deferred import xr
 from pymdr.errors import ProblemError
 from pymdr.presentation.files import named_file
 from pymdr.solving.curves import MeasuredCurve
 from pymdr.units import QuantityLike, shown
 from pymdr.workbench.readers import calibration_of, curves_of, is_user_table, records_of
 from pymdr.workbench.segments import segments_in
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _log = logging.getLogger("pymdr")
 _PARTS = ("record", "approach", "retreat")

@@ -14,7 +14,7 @@ from pymdr.presentation.files import named_file
 from pymdr.problem.options import with_options
 from pymdr.solving.curves import MeasuredCurve
 from pymdr.units import QuantityLike
-from pymdr.workbench.curves import read_fittable_curves
+from pymdr.workbench.curves import read_curves, read_fittable_curves
 from pymdr.workbench.inputs import read_measured_text
 
 _LARGEST, _MOST_FILES = 50 * 2**20, 10_000
@@ -47,7 +47,7 @@ def is_zarr(folder: Path) -> bool:
     return any((folder / name).exists() for name in _ZARR)
 
 
-@with_options(CurveOptions)
+@with_options(CurveOptions, read_curves)
 def read_curve_folder(
     folder: str | os.PathLike[str],
     *,

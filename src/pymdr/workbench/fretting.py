@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
+from pymdr.deferred import mpl, xr
 from pymdr.errors import ProblemError
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import Coulomb
@@ -17,10 +18,6 @@ from pymdr.solving.loops import friction_loop, loops_at_loads
 from pymdr.solving.study import Column, Study, over_rows
 from pymdr.units import FloatArray, QuantityLike, newtons, shown, to_si, written
 from pymdr.workbench.records import backward_loops, measured_loops
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 _HERTZ = 0.2
 """Energy ratio W/(4 F u) of a paraboloid at the limit of gross slip, 8 (1 - 2/5) - 4 over 4."""
@@ -78,7 +75,7 @@ class FrettingLog(Study):
             lines.append(f"energy wear coefficient: {rate}")
         return lines
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         """Loops over cycles, friction and stiffness."""
         from pymdr.presentation.plot import fretting_log as draw
 

@@ -6,10 +6,11 @@ import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from pymdr.deferred import xr
 from pymdr.errors import CaseError, ProblemError
 from pymdr.presentation.files import named_file
 from pymdr.problem.profiles import AreaFunction
@@ -17,9 +18,6 @@ from pymdr.units import FloatArray, shown
 from pymdr.workbench.inputs import read_measured_text
 from pymdr.workbench.spreadsheets import SPREADSHEETS, read_sheets
 from pymdr.workbench.tables import columns_of_lines, decimal_points, refuse_cut_number, sheets_with_tables
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _LARGEST = 500 * 2**20
 _FEWEST = 8

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from pymdr.deferred import mpl, xr
 from pymdr.independent.lammps import Ball, collided, find_lammps, moved, version_of
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT, JKR, Coulomb
@@ -21,10 +22,6 @@ from pymdr.solving.pulloff import elastic_pull_off
 from pymdr.solving.study import Column, Study
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 _BALL = Ball(0.01)
 _YOUNG, _POISSON, _FRICTION, _SURFACE_ENERGY, _STRENGTH = 1e9, 0.3, 0.3, 2.0, 2e7
@@ -129,7 +126,7 @@ class LammpsComparison(Study):
         "lammps_restitution": Column("LAMMPS", ""),
     }
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         """Forces, energies and restitution of both."""
         from pymdr.presentation.plot import pairs_of_programs
 

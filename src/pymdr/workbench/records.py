@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
+from pymdr.deferred import xr
 from pymdr.errors import ProblemError
 from pymdr.interpretation.validity import Claim
 from pymdr.problem.values import within_range
 from pymdr.result import Result
 from pymdr.solving.study import Column, Study
 from pymdr.units import FloatArray, QuantityLike, metres, shown, to_si, written
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _PAIRS = (("shift", "tangential_force"), ("indentation", "normal_force"), ("travel", "normal_force"))
 """Displacements and the forces that work on them."""

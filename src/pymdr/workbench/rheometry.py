@@ -5,20 +5,17 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
+from pymdr.deferred import mpl, xr
 from pymdr.errors import ProblemError
 from pymdr.problem.fitting import Measured
 from pymdr.problem.rheology import Prony
 from pymdr.solving.study import Study
 from pymdr.units import FloatArray, QuantityLike, shown, to_si, to_si_array, written
 from pymdr.workbench.tables import read_rheometry
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 _SWEEP = {"omega": "rad/s", "storage": "Pa", "loss": "Pa"}
 _TEST = {"time": "s", "modulus": "Pa"}
@@ -77,7 +74,7 @@ class PronyFit(Study):
             *rows,
         ]
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         """The rows with the series through them, and its terms."""
         from pymdr.presentation.plot.rheology import fitted_moduli
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
+from pymdr.deferred import mpl, xr
 from pymdr.errors import PathError, ProblemError
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
@@ -21,10 +22,6 @@ from pymdr.solving.shapes import pressed
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray, shown, written
 from pymdr.workbench.comparison import Comparison
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 COMPARED = (
     "normal_force",
@@ -83,7 +80,7 @@ class ShapeVerification(Comparison):
             )
         return lines
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         """Pressures by boundary elements at the last step, those along both axes, and the force over the indentation."""
         from pymdr.presentation.plot import compared_shape
 

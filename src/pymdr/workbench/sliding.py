@@ -6,10 +6,11 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
+from pymdr.deferred import mpl, xr
 from pymdr.errors import PathError, ProblemError
 from pymdr.independent.sliding import HalfSpaceGrid, SlidingSolution, solve_sliding
 from pymdr.problem.contact import Contact
@@ -22,10 +23,6 @@ from pymdr.solving.verb import solve
 from pymdr.units import FloatArray, QuantityLike
 from pymdr.workbench.comparison import Comparison
 from pymdr.workbench.subsurface import compare_subsurface, drawn_stress
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 _PARTS = (8, 16)
 """Parts into which the grid divides a row with a changing depth; results are extrapolated to rows without length."""
@@ -87,7 +84,7 @@ class SlidingVerification(Comparison):
         ]
         return lines if self.subsurface is None else [*lines, *self.subsurface.remarks()]
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         """Both loops, both tractions of the last step, and its stress in the body."""
         from pymdr.presentation.plot import compared_tractions
 
@@ -131,7 +128,7 @@ class PlaneVerification(SlidingVerification):
             "springs whose forces are vectors are approximate along curved paths: the claim states an error of 20 % of mu F_N",
         ]
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         """Both forces in the plane, and both components of the traction of the last step."""
         from pymdr.presentation.plot import compared_plane
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from pymdr.deferred import xr
 from pymdr.independent.point_loads import stress_of_tractions
 from pymdr.interpretation.interior import SPATIAL_COMPONENTS, Interior
 from pymdr.interpretation.layered_stress import LayeredInterior
@@ -16,9 +17,6 @@ from pymdr.interpretation.solids import IsotropicSolid
 from pymdr.interpretation.validity import Claim
 from pymdr.result import Result
 from pymdr.units import FloatArray
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _ACROSS = 0.6, 0.3
 """Position x and y of the points over the loaded radius, where no component vanishes."""

@@ -9,10 +9,10 @@ import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pymdr.deferred import xr
 from pymdr.errors import CaseError, PathError, ProblemError, PymdrError, UnitError, errors_of_case
 from pymdr.interpretation.closure import error_of_force
 from pymdr.presentation.files import named_file
@@ -26,9 +26,6 @@ from pymdr.solving.curves import MeasuredCurve
 from pymdr.units import FloatArray, QuantityLike, to_si
 from pymdr.workbench.inputs import read_measured_text
 from pymdr.workbench.spreadsheets import SPREADSHEETS, read_sheets
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _COLUMN = re.compile(r"\s*(?P<name>.*?)\s*[\[(]\s*(?P<unit>[^\[\]()]+?)\s*[\])]\s*")
 _NUMBER = re.compile(r"\s*[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?\s*", re.ASCII)

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
+from pymdr.deferred import mpl, xr
 from pymdr.errors import PathError, ProblemError
 from pymdr.independent.rings import Rings
 from pymdr.independent.rings.solution import pressure_at
@@ -24,10 +25,6 @@ from pymdr.solving.verb import solve
 from pymdr.units import FloatArray, QuantityLike
 from pymdr.workbench.comparison import Comparison
 from pymdr.workbench.sliding import refined_rows, thinned_rows
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 _PARTS = 8
 """Parts into which the rings divide a row in which the indentation changes."""
@@ -66,7 +63,7 @@ class TorsionVerification(Comparison):
             f"largest difference of the torque: {100 * self.largest_difference:.2g} % of its largest value",
         ]
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         """Both torques over the twist, and both tractions of the last step."""
         from pymdr.presentation.plot import compared_tractions
 

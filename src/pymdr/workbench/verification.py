@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from pymdr.deferred import mpl, xr
 from pymdr.errors import PathError, ProblemError
 from pymdr.independent.history import RingHistory
 from pymdr.independent.rings import Rings
@@ -31,10 +32,6 @@ from pymdr.workbench.sliding import verify_sliding
 from pymdr.workbench.subsurface import compare_subsurface, drawn_stress
 from pymdr.workbench.turning import verify_torsion
 from pymdr.workbench.worn_rings import verify_wear
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 COMPARED = ("indentation", "normal_force", "contact_radius", "normal_stiffness", "elastic_energy")
 """Quantities that are compared: those that the path does not prescribe and the method gives."""
@@ -89,7 +86,7 @@ class Verification(Comparison):
             )
         return lines if self.subsurface is None else [*lines, *self.subsurface.remarks()]
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         """Both pressures over the radius, and their difference; the stress in the body; with memory also both forces over time."""
         from pymdr.presentation.plot import compared_pressures
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
+from pymdr.deferred import mpl, xr
 from pymdr.errors import PathError, ProblemError
 from pymdr.independent.wear import WornRings, wear_by_rings
 from pymdr.mapping.moduli import effective_moduli
@@ -19,10 +20,6 @@ from pymdr.solving.wear import Wear, wear
 from pymdr.solving.wearing import one_cycle
 from pymdr.units import FloatArray
 from pymdr.workbench.comparison import Comparison
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 _EARLY, _LATE = 10, 48
 """Log-spaced blocks of cycles of the rings, from 1e-5 to 1e-2 and from there to 1 of all cycles."""
@@ -68,7 +65,7 @@ class WearVerification(Comparison):
             "the rings have the shear modulus G* of the method: both take the mean of the slip around the axis",
         ]
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         """Worn volume over cycles and depth of wear in the last row, by both."""
         from pymdr.presentation.plot import compared_wear
 

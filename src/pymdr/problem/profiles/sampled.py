@@ -5,19 +5,17 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pymdr.deferred import interpolate
 from pymdr.errors import ProblemError
 from pymdr.problem.profiles.base import Profile
 from pymdr.problem.profiles.curves import cubic_spline, noise_of, power_of_two
 from pymdr.problem.values import ArrayField, OptionalArrayField, Value
 from pymdr.units import FloatArray, metres
-
-if TYPE_CHECKING:
-    from scipy.interpolate import PPoly
 
 FEWEST_SAMPLES = 5
 CLOSEST = 1e-9
@@ -122,7 +120,7 @@ Interpolation: TypeAlias = CubicSpline | ShapePreserving | SmoothingSpline
 class Curve:
     """A curve through samples."""
 
-    poly: PPoly
+    poly: interpolate.PPoly
     """The piecewise cubic f(r) - f(0)."""
     offset: float
     """Its f(0) in m."""
@@ -208,7 +206,7 @@ class Sampled(Profile):
         return curve(self.radius, self.height, self.scatter, self.interpolation)
 
     @property
-    def spline(self) -> PPoly:
+    def spline(self) -> interpolate.PPoly:
         """The piecewise cubic f(r) - f(0)."""
         return self._curve.poly
 

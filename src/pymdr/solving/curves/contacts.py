@@ -4,20 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
 
+from pymdr.deferred import mpl
 from pymdr.errors import ProblemError
 from pymdr.problem.facts import Facts
 from pymdr.problem.measured import MeasuredSamples, Samples, Step
 from pymdr.solving.curves.baselines import Baseline, check_contact, given_baseline
 from pymdr.solving.curves.branches import Branch, IntArray, branch_of, broken_power, spread
 from pymdr.units import FloatArray, QuantityLike, to_si, written
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -89,7 +86,7 @@ class ContactPoint:
             f"the methods disagree by {written(self.disagreement, 'm', 3)}"
         )
 
-    def plot(self, *curves: MeasuredSamples) -> Figure:
+    def plot(self, *curves: MeasuredSamples) -> mpl.figure.Figure:
         """
         The curve with its baseline, and the beginning of its contact with all estimates.
 

@@ -6,11 +6,12 @@ import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 import xarray as xr
 
+from pymdr.deferred import mpl
 from pymdr.errors import FileError
 from pymdr.presentation.header import HeaderData, c_header
 from pymdr.presentation.history_header import HistoryInC
@@ -21,9 +22,6 @@ from pymdr.solving.exporting.sources import Form
 from pymdr.solving.pulloff import PullOff
 from pymdr.solving.study import Column, Study, TextTable
 from pymdr.units import ArrayQuantityLike, FloatArray, metres, to_si_array
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 LAW_QUANTITIES = ("normal_force", "normal_stiffness", "contact_radius")
 SAFETY = 1.02
@@ -309,7 +307,7 @@ class ContactLaw(Study):
         text = self.c_header(target.stem if name is None else name)
         write_atomically(file, lambda temporary: temporary.write_text(text, encoding="ascii"))
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         """The law, and its errors against :func:`pymdr.solve` at depths between the knots."""
         from pymdr.presentation.plot import law_study
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
+from pymdr.deferred import mpl, xr
 from pymdr.errors import ProblemError, PymdrError, QuantityError
 from pymdr.problem.contact import Contact
 from pymdr.problem.parameters import parameters_of
@@ -20,10 +21,6 @@ from pymdr.solving.fits.results import FitResult
 from pymdr.solving.fits.unknowns import TILT
 from pymdr.solving.study import Answer, Column
 from pymdr.units import ArrayQuantityLike, QuantityLike, shown
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,7 +84,7 @@ class LawComparison(Answer):
             *(f"{name}: {text}" for name, text in self.refusals.items()),
         ]
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         """The record with the models of all laws, and the residuals of each."""
         from pymdr.presentation.plot import weighed_laws
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, ClassVar, Unpack
 
 import numpy as np
 
+from pymdr.deferred import mpl, xr
 from pymdr.errors import ProblemError, PymdrError
 from pymdr.interpretation.validity import Assumption
 from pymdr.problem.contact import Contact
@@ -25,9 +26,6 @@ from pymdr.solving.grouped import GroupedValues, summarize_groups
 from pymdr.solving.study import Study, TextTable
 
 if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
-
     from pymdr.presentation.report import ReportPart
 
 _MOST_FIGURES, _ON_SHEET = 40, 15
@@ -102,18 +100,18 @@ class FittedCurves(Study):
             return [*parts, ReportPart("Records", figures=figures)]
         return [*parts, ReportPart("Records", figures=self._sheets())]
 
-    def _sheets(self) -> list[tuple[str, Callable[[], Figure]]]:
+    def _sheets(self) -> list[tuple[str, Callable[[], mpl.figure.Figure]]]:
         """Captions of sheets of small figures of all records, and what draws them."""
         from pymdr.presentation.plot import sheet_of_records
 
-        sheets: list[tuple[str, Callable[[], Figure]]] = []
+        sheets: list[tuple[str, Callable[[], mpl.figure.Figure]]] = []
         names = list(self.fits)
         for first in range(0, len(names), _ON_SHEET):
             some = {name: self.fits[name].data for name in names[first : first + _ON_SHEET]}
             sheets.append((f"Records {first + 1} to {first + len(some)}", partial(sheet_of_records, some)))
         return sheets
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         """The parameters of all records with their intervals, by group."""
         from pymdr.presentation.plot import fitted_groups
 

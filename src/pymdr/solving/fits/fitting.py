@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, TypedDict
+from typing import TypedDict
 
 import numpy as np
 
+from pymdr.deferred import xr
 from pymdr.errors import ProblemError
 from pymdr.interpretation.validity import EXACT_WITHIN, Claim
 from pymdr.problem.contact import Contact, require_contact
@@ -39,9 +40,6 @@ from pymdr.solving.fits.unknowns import (
     without_tilt,
 )
 from pymdr.units import FloatArray, QuantityLike, written
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 LEVENBERG_MARQUARDT, RESTRICTED = "levenberg-marquardt", "patterson-thompson"
 SHARES = "standard error"

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
+from pymdr.deferred import mpl, xr
 from pymdr.errors import ProblemError, PymdrError
 from pymdr.problem.contact import Contact
 from pymdr.solving.curves import MeasuredCurve
@@ -17,10 +18,6 @@ from pymdr.solving.fits.results import FitResult, Fitted
 from pymdr.solving.fits.unknowns import CONTACT_POINT, Free
 from pymdr.solving.study import Study, TextTable
 from pymdr.units import QuantityLike, written
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 _LEAST, _MOST = 2, 200
 
@@ -59,7 +56,7 @@ class RangeStudy(Study):
         header = ["indentations up to", *names]
         return (header, [""] * len(header)), rows
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         """The record with its contact point, and the parameters over the range."""
         from pymdr.presentation.plot import growing_ranges
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pymdr.deferred import xr
 from pymdr.errors import ProblemError, UnitError
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import Coulomb
@@ -17,9 +18,6 @@ from pymdr.problem.paths import LoadingPath, Path, indent, load
 from pymdr.result import Result
 from pymdr.solving.verb import solve
 from pymdr.units import FloatArray, shown, to_si
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _LEAST = 8
 NORMAL = ("normal_force", "indentation")

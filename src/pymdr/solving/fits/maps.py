@@ -7,10 +7,11 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from numbers import Real
-from typing import TYPE_CHECKING, ClassVar, Unpack
+from typing import ClassVar, Unpack
 
 import numpy as np
 
+from pymdr.deferred import mpl, xr
 from pymdr.errors import ProblemError
 from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.validity import Assumption, Claim
@@ -60,10 +61,6 @@ from pymdr.solving.study import Study, TextTable
 from pymdr.solving.verb import solve
 from pymdr.solving.workers import Workers, checked_workers
 from pymdr.units import QuantityLike, shown, written
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 _CORRELATED = 2.25
 """Number of samples equivalent to one from which on the correlation of residuals is noted."""
@@ -179,7 +176,7 @@ class FittedMap(Study):
         places = {dim: self.data[dim] for dim in self.data.dims}
         return Study._columns(replace(self, data=self.data.assign_coords(places)))
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         """A panel per value and one for the noise: images of grids, else points."""
         from pymdr.presentation.plot import fitted_map
 

@@ -6,17 +6,15 @@ import math
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from pymdr.deferred import xr
 from pymdr.errors import FileError, MissingExtraError, ProblemError, UnitError
 from pymdr.numerics.panels import IndexArray
 from pymdr.solving.curves import MeasuredCurve
 from pymdr.units import FloatArray, shown, to_si
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 SAMPLE = "sample"
 """The dimension along a curve."""

@@ -6,10 +6,11 @@ import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from pymdr.deferred import mpl, xr
 from pymdr.errors import QuantityError
 from pymdr.problem.codec import encode
 from pymdr.problem.contact import Contact
@@ -21,11 +22,6 @@ from pymdr.solving.fits.quality import Quality
 from pymdr.solving.fits.searching import Search
 from pymdr.solving.study import Answer, TextTable
 from pymdr.units import FloatArray, shown, written
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
-
 
 _DIGITS, _ALL_DIGITS = 4, 16
 _STEP = 1e-6
@@ -221,7 +217,7 @@ class FitResult(Answer):
         }
         return super()._stored().assign_attrs(pymdr_fit=json.dumps(fitted))
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         """The curves with their model, and the residuals."""
         from pymdr.presentation.plot import fitted_curves
 

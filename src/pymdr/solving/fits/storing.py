@@ -7,19 +7,17 @@ import json
 import math
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from pymdr.deferred import xr
 from pymdr.errors import FileError, MissingExtraError, ProblemError, PymdrError
 from pymdr.problem.codec import encode
 from pymdr.solving.fits.records import Records, zarr
 from pymdr.solving.fits.request import ENDINGS, NOT_YET, Columns, FitRequest, FittedStretch, empty_columns
 from pymdr.units import FloatArray
 from pymdr.version import __version__
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _STARTED, _MARK, _REFUSALS = "pymdr_begun", "pymdr_work", "pymdr_refusals"
 _LONG_NAMES = {

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pymdr.deferred import xr
 from pymdr.interpretation.validity import Assumption, BoolArray, Claim
 from pymdr.problem.contact import Contact
 from pymdr.quantities import quantity
@@ -17,9 +17,6 @@ from pymdr.solving.closure import is_curve
 from pymdr.solving.colliding import Course
 from pymdr.solving.impacts.value import Event, Impact, ImpactRequest
 from pymdr.units import FloatArray
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 QUASI_STATIC = (
     "the bodies pass through states of equilibrium: the contact time is assumed to be much longer than waves need to "

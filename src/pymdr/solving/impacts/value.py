@@ -4,20 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
+from pymdr.deferred import mpl, xr
 from pymdr.errors import ProblemError
 from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.values import within_range
 from pymdr.solving.closure import is_curve
 from pymdr.solving.study import Column, Study, number
 from pymdr.units import QuantityLike, metres, shown, to_si, written
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -209,7 +206,7 @@ class Impact(Study):
         lines = [f"  {name:<36}{written(time, 's'):>16}  at d = {metres(d)}" for name, time, d in self.events]
         return ["events:", *lines]
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         """Force and radius against time, and force against indentation; with friction the tangential force."""
         from pymdr.presentation.plot import impact_figure
 

@@ -5,20 +5,17 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
+from pymdr.deferred import mpl, xr
 from pymdr.errors import FileError, QuantityError
 from pymdr.problem.machines import Machine
 from pymdr.result.rows import row_indices
 from pymdr.solving.mapped import map_to_springs
 from pymdr.solving.study import Study
 from pymdr.units import FloatArray, shown
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 _FRAMES, _DRAWN, _WIDER = 60, 41, 1.4
 """Frames of an animation, springs on one side of it, and its width over the largest contact."""
@@ -151,7 +148,7 @@ class Motion(Study):
         drawn = LineInMotion(self.data.sel(joint=name), x, line.depth(x), slips)
         write_atomically(target, lambda temporary: write_motion_animation(drawn, frames, temporary))
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         """Phase plane, forces against time, the spectrum of one of them, and the flow of energy."""
         from pymdr.presentation.plot import motion_figure
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
+from pymdr.deferred import mpl
 from pymdr.errors import ProblemError
 from pymdr.interpretation.validity import SOURCES, Assumption, BoolArray, Claim, Level
 from pymdr.solving.fits.spectrum import NORMAL_95
@@ -25,9 +26,6 @@ from pymdr.solving.nanoindentation.records import (
 from pymdr.solving.nanoindentation.unloading import errors_of, noise_of
 from pymdr.solving.study import Column, Study, dataset
 from pymdr.units import FloatArray, QuantityLike, shown, to_si
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 _WHO = "thermal_drift"
 _FEWEST = 12
@@ -87,7 +85,7 @@ class ThermalDrift(Study, CorrectedRecords):
         "correction": Column("correction", "m"),
     }
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         """Depths in the holds with the fitted lines, and the rates."""
         from pymdr.presentation.plot import drift_study
 

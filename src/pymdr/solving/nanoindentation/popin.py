@@ -6,10 +6,11 @@ import math
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
+from pymdr.deferred import mpl
 from pymdr.errors import NotValidError, ProblemError
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
 from pymdr.problem.contact import Contact
@@ -20,9 +21,6 @@ from pymdr.solving.study import Column, Study, dataset
 from pymdr.solving.verb import solve
 from pymdr.solving.yielding import first_yield
 from pymdr.units import FloatArray, QuantityLike, metres, newtons, pascals, shown, to_si
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 _WHO = "first_pop_in"
 _WINDOWS, _GAPS = (6, 12, 24, 48), (0, 1, 3, 7, 15)
@@ -90,7 +88,7 @@ class PopIn(Study):
             f"the largest shear stress is {pascals(float(self.data.attrs['shear_strength']))} at {newtons(float(self.data['strength_force']))}"
         ]
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         """Loading curves with their pop-ins, and the loads in order."""
         from pymdr.presentation.plot import pop_in_study
 

@@ -5,16 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
 from pymdr.errors import ProblemError
 from pymdr.solving.curves import MeasuredCurve
 from pymdr.units import FloatArray, shown, to_si_array
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 T = TypeVar("T")
 _FEWEST = 8
@@ -66,10 +63,14 @@ class CorrectedRecords:
     """Indents whose depths are corrected for drift, without the hold; those that could not be corrected have a refusal."""
 
 
-One: TypeAlias = "MeasuredCurve | xr.Dataset | Mapping[str, Any]"
 Records: TypeAlias = (
-    "One | CorrectedRecords | Sequence[MeasuredCurve] | Sequence[xr.Dataset] | Sequence[Mapping[str, Any]]"
+    MeasuredCurve
+    | Mapping[Any, Any]
+    | CorrectedRecords
+    | Sequence[MeasuredCurve]
+    | Sequence[Mapping[Any, Any]]
 )
+"""Of one indent or of several; a dataset is a mapping."""
 
 
 def records_of(given: Records, who: str) -> tuple[Record, ...]:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
+from pymdr.deferred import mpl, xr
 from pymdr.errors import ProblemError
 from pymdr.interpretation.validity import SOURCES, Assumption, BoolArray, Claim, Level
 from pymdr.problem.materials import Material
@@ -27,10 +28,6 @@ from pymdr.solving.nanoindentation.records import Record, Records, attempted, nu
 from pymdr.solving.nanoindentation.unloading import fit_limits, forces
 from pymdr.solving.study import Column, Study, dataset
 from pymdr.units import FloatArray, QuantityLike, written
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 _WHO = "oliver_pharr"
 _PILE_UP, _EXPONENT, _RISING = 0.7, 0.55, 1.01
@@ -80,7 +77,7 @@ class Nanoindentation(Study):
             "are ends of 95 % intervals"
         ]
 
-    def _figure(self) -> Figure:
+    def _figure(self) -> mpl.figure.Figure:
         """Unloading curves with what is fitted to them, and the moduli of both procedures."""
         from pymdr.presentation.plot import indent_study
 

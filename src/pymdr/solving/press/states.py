@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import hashlib
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from pymdr.deferred import xr
 from pymdr.independent.engines import HalfSpace, Pressing
 from pymdr.problem.topography import Topography
 from pymdr.solving.study import dataset
 from pymdr.units import FloatArray
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 MAPS = {"pressure": "Pa", "gap": "m"}
 """Maps of a load, and their SI units."""

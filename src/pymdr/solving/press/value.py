@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
+from pymdr.deferred import mpl, xr
 from pymdr.errors import FileError, NotValidError, PathError, PymdrError, QuantityError
 from pymdr.interpretation.closure import error_of_force, known_error
 from pymdr.interpretation.conductance import CONDUCTIONS
@@ -22,10 +24,6 @@ from pymdr.solving.study import Column, Study
 from pymdr.units import FloatArray, shown, written
 
 if TYPE_CHECKING:
-    import os
-
-    import xarray as xr
-    from matplotlib.figure import Figure
     from pydantic import TypeAdapter
 
 FORMAT = "pymdr pressed surface 1"
@@ -160,7 +158,7 @@ class PressedSurface(Study):
             *([f"errors of the grid: {', '.join(errors)}"] if errors else []),
         ]
 
-    def plot(self, step: int = -1) -> Figure:
+    def plot(self, step: int = -1) -> mpl.figure.Figure:
         """
         Contact and pressures at a load, force against depth and stiffness against force.
 
@@ -178,7 +176,7 @@ class PressedSurface(Study):
 
         return with_unmet(self._figure(step), self.assumptions)
 
-    def _figure(self, step: int = -1) -> Figure:
+    def _figure(self, step: int = -1) -> mpl.figure.Figure:
         from pymdr.presentation.plot import pressed_surface
 
         self._refuse_step(step)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import Any, Unpack
 
 import numpy as np
 
+from pymdr.deferred import xr
 from pymdr.errors import ProblemError
 from pymdr.independent.engines import Engine, find_engine
 from pymdr.interpretation.conductance import conduction_of_stiffness
@@ -35,12 +37,6 @@ from pymdr.solving.press.value import PressedSurface
 from pymdr.solving.study import over_rows
 from pymdr.solving.workers import KeptParts
 from pymdr.units import FloatArray, shown
-
-if TYPE_CHECKING:
-    import os
-
-    import xarray as xr
-
 
 _PREFIX = "press"
 _FEWEST = 8
