@@ -70,15 +70,6 @@ def background_of(superposed: Superposed | None) -> Background | None:
     superposed : mapping or None
         Components xx, yy, zz, xz, xy, yz by name: each a quantity in Pa, or a function of an array of depths in m that
         gives Pa. Components that are not named are 0.
-
-    Returns
-    -------
-    callable or None
-
-    Raises
-    ------
-    ProblemError
-        If a name is unknown, or the values of a function are not one finite number per depth.
     """
     if superposed is None:
         return None
@@ -119,11 +110,8 @@ def interior_field(
 
     Parameters
     ----------
-    interior : Interior
-    name : str
     r : array_like, quantity or None
         Radii in m, for fields of revolution.
-    inside : Inside
     rows : list of int, bool
         Steps, and whether they become a dimension.
 
@@ -131,11 +119,6 @@ def interior_field(
     -------
     xarray.DataArray
         Over ``z`` and ``r``, or over ``z``, ``y`` if it is given, and ``x``.
-
-    Raises
-    ------
-    QuantityError
-        If radii are given where the field is not of revolution, or with x or y; if a depth is negative, or an axis is not one row.
     """
     import xarray as xr
 
@@ -221,23 +204,10 @@ def largest_in(
 
     Parameters
     ----------
-    interior : Interior
     name : str
         One of :attr:`Interior.measures <pymdr.interpretation.interior.Interior.measures>`.
-    superposed : mapping or None
     rows : list of int, bool
         Steps, and whether they become a dimension.
-    valid : ndarray of bool
-        Per step of the result.
-
-    Returns
-    -------
-    xarray.DataArray
-
-    Raises
-    ------
-    NotValidError
-        If the stress has no bound in all of the rows.
     """
     import xarray as xr
 
@@ -279,11 +249,6 @@ def point_columns(fields: Sequence[xr.DataArray]) -> dict[str, np.ndarray]:
     """
     Fields at the same points as columns of a table, one row per point.
 
-    Parameters
-    ----------
-    fields : sequence of xarray.DataArray
-        Over the same axes, tensors over ``component`` before them.
-
     Returns
     -------
     dict of str to ndarray
@@ -314,15 +279,8 @@ def drawn_section(
 
     Parameters
     ----------
-    interior : Interior
     name : str
         One of :data:`DRAWN`.
-    row : int
-    superposed : mapping, optional
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     from pymdr.presentation.plot import stress_section
 
@@ -339,21 +297,8 @@ def drawn_stress(
 
     Parameters
     ----------
-    interiors : mapping of str to Interior
-        By side.
     name : str
         One of :data:`DRAWN`.
-    row : int
-    superposed : mapping, optional
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Raises
-    ------
-    QuantityError
-        If no figure shows this measure.
     """
     from pymdr.presentation.plot import stress_figure
 
@@ -426,8 +371,6 @@ def animated_stress(
 
     Parameters
     ----------
-    interiors : mapping of str to Interior
-        By side.
     measure : tuple
         One of :data:`DRAWN`, and a stress that is added or None.
     rows : sequence of int

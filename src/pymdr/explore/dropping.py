@@ -58,13 +58,6 @@ def dropped(name: str, content: bytes, choice: Choice) -> Dropped:
         Its name; only the suffix is used.
     choice : Choice
         What is chosen: its profile is replaced by a tip or bump, and its machine has the spring constant of curves over travel.
-
-    Raises
-    ------
-    FileError
-        If it is larger than 16 MB, or nothing that can be read; the message says what is wrong with it as each of them.
-    CaseError
-        If it is a case file that is not valid.
     """
     if len(content) > LARGEST:
         raise FileError(
@@ -155,11 +148,6 @@ def fitted(choice: Choice, curve: MeasuredCurve, free: Sequence[str]) -> Fitted:
         Its contact; the path is not used.
     free : sequence of str
         Some of :func:`free_parameters`.
-
-    Raises
-    ------
-    PymdrError
-        If the parameters cannot be determined.
     """
     fit_result = fit(case_of(choice).contact, curve, list(free))
     values = {p.name: (p.value, p.unit) for p in parameters_of(fit_result.contact) if p.name in free}

@@ -54,8 +54,6 @@ def pressed_springs(shape: str, count: int, pressed: float) -> tuple[tuple[Chart
     ----------
     shape : str
         One of :data:`SHAPES`.
-    count : int
-        Number of springs.
     pressed : float
         Fraction of the largest indentation, above 0 and at most 1.
 

@@ -59,13 +59,6 @@ def page(cases: str | Path | None = None, *, height: int = 1000) -> Shown:
     -------
     Shown
         What the notebook shows; :meth:`Shown.close` ends it.
-
-    Raises
-    ------
-    CaseError
-        If the file is no case.
-    FileError
-        If the folder holds no case.
     """
     choices = choices_of(None if cases is None else Path(cases))
     server, address = new_server(choices)

@@ -39,7 +39,6 @@ class _Token(AuthProvider):
 
     Parameters
     ----------
-    token : str
     cookie : str
         Its name, of this server alone.
     """
@@ -150,10 +149,6 @@ def serve(
 
     Parameters
     ----------
-    choices, port
-        As for :func:`new_server`.
-    announce : callable
-        Called with the address.
     show : bool
         Whether to open it in the browser.
     """

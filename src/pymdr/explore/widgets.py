@@ -239,7 +239,6 @@ class Ranges:
     ----------
     name : str
         What they belong to, for screen readers and the identifiers in the page.
-    ranges : sequence of Range
     values : sequence of float
         At first.
     changed : callable

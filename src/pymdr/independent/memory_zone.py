@@ -125,21 +125,12 @@ def follow_pulled(
 
     Parameters
     ----------
-    setting : PulledSetting
-        The contact.
     time : ndarray, shape (m + 1,)
         Non-decreasing times in s at the start of the leg and at every row.
     target : ndarray, shape (m + 1,)
         Indentations in m or forces in N at these times.
     state : Pulled or None
         State to continue from; None before the first contact.
-
-    Raises
-    ------
-    ProblemError
-        If the zone has too few rings, or the contact exceeds the profile.
-    ConvergenceError
-        If a step does not converge.
 
     Notes
     -----

@@ -20,8 +20,6 @@ def normal_point_load(x: FloatArray, y: FloatArray, z: FloatArray, poisson: floa
     ----------
     x, y, z : ndarray
         Position in m, z > 0.
-    poisson : float
-        nu of the body.
 
     Returns
     -------
@@ -60,8 +58,6 @@ def tangential_point_load(x: FloatArray, y: FloatArray, z: FloatArray, poisson: 
     ----------
     x, y, z : ndarray
         Position in m, z > 0.
-    poisson : float
-        nu of the body.
 
     Returns
     -------
@@ -112,8 +108,6 @@ def stress_of_tractions(
         p(r) and tau(r) in Pa at radii in m.
     points : array_like, shape (m, 3)
         x, y and z in m, z > 0.
-    poisson : float
-        nu of the body.
     n : int
         Nodes between two radii, and 2 n around the axis. The error falls as exp(-n z / edge).
 
@@ -121,11 +115,6 @@ def stress_of_tractions(
     -------
     ndarray, shape (6, m)
         xx, yy, zz, xz, xy, yz in Pa, tension positive.
-
-    Raises
-    ------
-    ProblemError
-        If a depth is not above 0.
 
     Notes
     -----

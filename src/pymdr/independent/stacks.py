@@ -46,11 +46,6 @@ class Stack:
     bonded : tuple of bool
         Whether each layer is bonded to the one below, or slides on it without friction and lifting.
 
-    Raises
-    ------
-    ProblemError
-        If there is no layer, numbers of values do not match, or a value is outside its limits.
-
     Examples
     --------
     >>> rubber_on_steel = Stack((1e-3,), (1e6, math.inf), (0.5, 0.3), (True,))
@@ -121,11 +116,6 @@ class Stack:
         """Displacement in m at `r` (k,) by unit pressure on each ring of `edges` (n + 1,), for E* = 1: (k, n).
 
         :func:`pymdr.independent.rings.ring_displacement` minus 2 int (1 - L) J0(q r) [a J1(q a)] dq / q.
-
-        Raises
-        ------
-        ProblemError
-            As there, or if the layer is too thin for the radii.
 
         Examples
         --------

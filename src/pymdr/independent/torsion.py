@@ -115,13 +115,6 @@ def follow_torsion(
     parts : int
         Parts of every row in which the indentation changes. Where the twist changes too, parts also end where a ring comes into contact:
         it is moved by the rest of the row only.
-
-    Raises
-    ------
-    ProblemError
-        If the rows differ in number.
-    ConvergenceError
-        If the zones of stick and slip do not settle.
     """
     if len(depths) != len(twists):
         raise ProblemError(

@@ -103,11 +103,6 @@ def wear_by_rings(
         Ends of blocks.
     progress : callable, optional
         Called with the number of finished blocks and all of them.
-
-    Raises
-    ------
-    ConvergenceError
-        If contact or stick do not settle.
     """
     normal, tangential, mu = moduli
     matrix = ring_matrix(edges)

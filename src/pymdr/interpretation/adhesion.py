@@ -75,12 +75,8 @@ def certify_stretched_disk(line: Line, visited: Visited, rows: int, law: Adhesio
 
     Parameters
     ----------
-    line : Line
-        Profile and modulus.
     visited : Visited
         The states of the history.
-    rows : int
-        Number of its rows.
     """
     disk = np.ones(rows, dtype=bool)
     if isinstance(line, LayeredLine):
@@ -287,8 +283,6 @@ def adhesive_claims(
     ----------
     statement : tuple
         Level, reason and source of the law.
-    names : sequence of str
-        Quantities of the result.
     disk : ndarray of bool
         Steps at which the disk is certified.
     why : str

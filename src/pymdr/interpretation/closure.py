@@ -79,14 +79,10 @@ def closure_claims(
 
     Parameters
     ----------
-    claims : mapping of str to Claim
-        Claims of the law.
     depth : ndarray
         Indentations in m of the rows.
     remembered : ndarray of bool, optional
         With memory: rows from the first regrowth after shrinking on.
-    sheared : bool
-        Whether the bodies are shifted.
     prescribed : mapping of str to ndarray of bool, optional
         Rows in which a quantity is prescribed and therefore known.
     balance : ndarray of shape (2, n), optional
@@ -254,12 +250,6 @@ def pressed_curve(
         Indentation in m and normal force in N.
     depth_error, force_error : ndarray of shape (n,)
         Their relative errors; nan where unknown.
-
-    Raises
-    ------
-    ProblemError
-        If the contact has adhesion, a memory or a body that is not a homogeneous half-space, or fewer than 5 rows have a
-        positive force.
     """
     lacking = {
         "adhesion": contact.adhesion is not None,

@@ -43,11 +43,6 @@ def smallest_ball(points: FloatArray) -> tuple[FloatArray, FloatArray]:
     -------
     centre, radius : ndarray, shapes (k, m) and (m,)
 
-    Raises
-    ------
-    ConvergenceError
-        If a ball is not found.
-
     Notes
     -----
     A ball is carried by at most k + 1 points. The point farthest from its centre replaces some of them until none lies outside; each
@@ -207,8 +202,6 @@ def normal_stress(cycle: FloatArray, plane: FloatArray) -> FloatArray:
     Parameters
     ----------
     cycle : ndarray, shape (n, 6, m)
-    plane : ndarray, shape (3, m)
-        Unit normals.
     """
     return np.asarray(np.einsum("ncm,cm->nm", cycle, stress_factors(plane, plane)))
 
@@ -220,8 +213,6 @@ def shear_amplitude(cycle: FloatArray, plane: FloatArray) -> FloatArray:
     Parameters
     ----------
     cycle : ndarray, shape (n, 6, m)
-    plane : ndarray, shape (3, m)
-        Unit normals.
 
     Examples
     --------

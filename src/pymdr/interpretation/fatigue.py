@@ -242,11 +242,6 @@ def stress_cycle(
         Rows of the result.
     backgrounds : sequence of callable or None
         A stress that is added, for each of them.
-
-    Raises
-    ------
-    NotValidError
-        If a row is not valid, the stress has no bound in one, or the bodies never touch.
     """
     loads, marks = [], []
     for step in steps:
@@ -318,14 +313,7 @@ def _isotropic(criterion: FatigueCriterion, solid: Solid) -> IsotropicSolid:
 def rating_of(
     criterion: FatigueCriterion, cycle: StressCycle, interior: Interior, steps: Sequence[int]
 ) -> Rating:
-    """
-    A criterion at points of a body.
-
-    Raises
-    ------
-    NotValidError
-        If the criterion needs the strain of a body in which it is not known, or friction where there is none.
-    """
+    """A criterion at points of a body."""
     measure = measure_of(criterion, interior.solid)
     if measure is not None:
         return BodyRating(cycle, measure)

@@ -44,10 +44,6 @@ def frictional_claims(
     ----------
     moduli : EffectiveModuli
         For Dundurs' beta.
-    names : tuple of str
-        Quantities of the result.
-    everywhere : ndarray of bool
-        True for every step.
     """
     assert contact.friction is not None
     level, reason = Level.EXACT, "exact for elastically similar half-spaces in contact on a disk"

@@ -37,8 +37,6 @@ def joule_claims(
 
     Parameters
     ----------
-    where : ndarray of bool
-        True for every row.
     by_current : bool
         Whether the current is given instead of the voltage.
     resistance : Claim or None
@@ -97,8 +95,6 @@ def frictional_heat_claims(
 
     Parameters
     ----------
-    where : ndarray of bool
-        True for every row.
     taken_away : mapping of str to ndarray
         Fraction epsilon of the largest and the mean rise that moving bodies carry away at every speed, to first order.
     why_no_mean : str

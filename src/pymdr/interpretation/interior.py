@@ -332,7 +332,6 @@ class Interior:
         ----------
         name : str
             "von_mises", "tresca" or "principal_stress".
-        steps : sequence of int
         background : callable, optional
             A stress that is added.
 
@@ -434,16 +433,7 @@ def derived(name: str, tensor: FloatArray) -> FloatArray:
 
 
 def stressed_body(contact: Contact, side: str | None) -> tuple[Material, float]:
-    """
-    The body of a side, and the sign of the shear traction on it; unless it is given, the first whose stress is known.
-
-    Raises
-    ------
-    ProblemError
-        If there is no such side.
-    NotValidError
-        If the stress in that body is not known.
-    """
+    """The body of a side, and the sign of the shear traction on it; unless it is given, the first whose stress is known."""
     if side is None:
         side = "counterbody" if solid_of(contact.body) is None else "body"
     if side not in ("body", "counterbody"):

@@ -81,8 +81,6 @@ def branches_of(
     ----------
     contact : Contact
         With a law of adhesion.
-    line : Line
-        Profile and modulus.
     rows : mapping of str to ndarray
         ``indentation``, ``normal_force``, ``contact_radius`` and, with a machine, ``travel`` of every row of the
         path; with a cohesive zone ``cohesive_radius``.

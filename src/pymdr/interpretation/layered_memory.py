@@ -110,8 +110,6 @@ def layered_memory_claims(
 
     Parameters
     ----------
-    names : sequence of str
-        Quantities and fields.
     line : Line
         The line of the layers.
     depth : ndarray

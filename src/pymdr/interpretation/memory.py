@@ -507,8 +507,6 @@ def memory_claims(
 
     Parameters
     ----------
-    names : sequence of str
-        Quantities and fields.
     disk : ndarray of bool
         Rows whose springs in contact are those of a disk.
     forced, moved : ndarray of bool

@@ -73,8 +73,6 @@ def sheared_claims(
         With a law of friction.
     coupling : float
         The largest |Dundurs' beta|.
-    names : sequence of str
-        Quantities and fields.
     where : ndarray of bool
         Rows whose contact is a disk.
     disk : ndarray of bool

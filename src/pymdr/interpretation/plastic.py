@@ -40,8 +40,6 @@ def plastic_claims(
 
     Parameters
     ----------
-    adhesive : bool
-        Whether it adheres.
     prescribed : mapping of str to ndarray of bool
         Rows in which each quantity is prescribed.
     """

@@ -32,8 +32,6 @@ def press_claims(
         "normal_force" or "indentation".
     punch : bool
         Whether the body ends where the heights end.
-    package : str
-        Name of the engine.
     """
     errors = _errors(columns, prescribed)
     within = np.ones(columns["pixels"].shape, dtype=bool) if punch else columns["touches_border"] == 0.0

@@ -70,7 +70,6 @@ def resolved(segments: Sequence[Punches], radius: float, scale: float, noise: fl
 
     Parameters
     ----------
-    segments : sequence of Punches
     radius : float
         The loaded radius in m.
     scale : float

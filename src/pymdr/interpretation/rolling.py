@@ -42,11 +42,6 @@ def kalker_coefficient(poisson: float, direction: str = "longitudinal") -> float
     direction : str
         "longitudinal" (C11) or "lateral" (C22).
 
-    Raises
-    ------
-    ProblemError
-        If Poisson's ratio is outside the table.
-
     Notes
     -----
     Kalker (1990), Three-Dimensional Elastic Bodies in Rolling Contact. Boundary elements give 4.31 and 3.75 at nu = 0.3,
@@ -91,11 +86,6 @@ def calibrated_modulus(contact: Contact, moduli: EffectiveModuli, direction: str
     The modulus C G / 2 in Pa that replaces G* and gives the springs Kalker's slope.
 
     With it xi becomes xi_K = C G a^2 zeta / (3 mu F_N) for a paraboloid.
-
-    Raises
-    ------
-    ProblemError
-        If the pair or the profile has no calibration, with the reason.
 
     Notes
     -----
@@ -194,8 +184,6 @@ def rolling_claims(
         "plain" or "calibrated".
     errors : mapping of str to ndarray
         Known errors of the law by quantity, relative to the exact theory.
-    everywhere : ndarray of bool
-        True for every row.
     """
     reason, source = _plain(contact, moduli, direction), SOURCES["popov-hess"]
     if law == "calibrated":

@@ -56,10 +56,6 @@ def rough_claims(
     ----------
     prescribed : str
         "normal_force" or "indentation".
-    everywhere : ndarray of bool
-        True for every row.
-    ball : bool
-        Whether the roughness is on a ball.
     """
     remarks = []
     if surface.has_roll_off:
@@ -98,8 +94,6 @@ def power_law_claims(surface: RoughSurface, stiffness: np.ndarray, ball: bool) -
     ----------
     stiffness : ndarray
         Stiffnesses of the line over E* L, per row.
-    ball : bool
-        Whether the roughness is on a ball.
     """
     source = SOURCES["pohrt-popov"]
     why = None
@@ -150,8 +144,6 @@ def calibration_claims(
         Number of pressed surfaces.
     coefficient : float
         The fitted lambda.
-    package : str
-        Name of the engine.
     """
     everywhere = np.ones(inside.shape, dtype=bool)
     elements, book = SOURCES["boundary-elements"], SOURCES["rough-line"]

@@ -55,11 +55,6 @@ def safe_bound(interior: Interior, step: int) -> Bound:
     interior : Interior
         A half-space that the contact passes along x.
 
-    Raises
-    ------
-    ConvergenceError
-        If the nets do not agree.
-
     Notes
     -----
     By Melan's theorem a body shakes down if there is a residual stress in equilibrium, free of tractions, with which the stress exceeds
@@ -78,11 +73,6 @@ def failing_bound(interior: Interior, step: int) -> Bound:
     ----------
     interior : Interior
         A half-space that the contact passes along x.
-
-    Raises
-    ------
-    ConvergenceError
-        If the nets do not agree.
 
     Notes
     -----

@@ -47,8 +47,6 @@ def shear_load(line: ElasticLine, state: FrictionState) -> LineLoad:
 
     Parameters
     ----------
-    line : ElasticLine
-        Profile and modulus.
     state : FrictionState
         The memory of the contact.
     """

@@ -56,11 +56,6 @@ def shear_sums(load: LineLoad, r: FloatArray, z: FloatArray, *, logarithm: bool 
     -------
     ShearSums
         Arrays of that shape.
-
-    Raises
-    ------
-    ConvergenceError
-        If two levels of the rule do not agree.
     """
     integrals = quick_sums(load, r, z, logarithm)
     if integrals is None:
@@ -73,11 +68,6 @@ def shear_sums(load: LineLoad, r: FloatArray, z: FloatArray, *, logarithm: bool 
 def shear_stress(integrals: ShearSums, poisson: float) -> FloatArray:
     """
     Stress in Pa under a traction in +x on the body, tension positive, shape (6, ...).
-
-    Parameters
-    ----------
-    poisson : float
-        nu of the body.
 
     Returns
     -------

@@ -56,8 +56,6 @@ def friction_error(
         "normal_force" or "indentation".
     stiffens : float
         Instantaneous over relaxed modulus.
-    everywhere : ndarray of bool
-        True for every speed.
 
     Returns
     -------
@@ -111,8 +109,6 @@ def sliding_claims(
         "normal_force" or "indentation".
     model : tuple
         Result of :func:`friction_error`.
-    everywhere : ndarray of bool
-        True for every speed.
     error : ndarray
         Relative errors of the numbers of the springs at every speed.
     remark : str
@@ -194,8 +190,6 @@ def rough_sliding_claims(prescribed: str, everywhere: BoolArray, error: FloatArr
     ----------
     prescribed : str
         "normal_force" or "indentation".
-    everywhere : ndarray of bool
-        True for every speed.
     error : ndarray
         Relative errors of the numbers at every speed.
     """

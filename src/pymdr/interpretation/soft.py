@@ -292,7 +292,6 @@ def check_zone(
 
     Parameters
     ----------
-    rows : sequence of int
     fine, coarse : sequence of ZoneLine
         The springs of these rows of both levels.
     range_ : float

@@ -189,11 +189,6 @@ def sums(load: LineLoad, r: FloatArray, z: FloatArray, *, logarithm: bool = True
     -------
     Sums
         Arrays of that shape.
-
-    Raises
-    ------
-    ConvergenceError
-        If two levels of the rule do not agree.
     """
     integrals = quick_sums(load, r, z, logarithm)
     if integrals is not None:
@@ -251,11 +246,6 @@ def integrated(load: LineLoad, r: FloatArray, z: FloatArray, punch: Kernel, size
     -------
     ndarray
         Of shape (k, ...).
-
-    Raises
-    ------
-    ConvergenceError
-        If two levels of the rule do not agree.
     """
     radius, depth = np.ravel(r), np.ravel(z)
     depth = np.maximum(depth, _SURFACE * np.maximum(radius, load.radius))
@@ -400,14 +390,7 @@ def _rule(segment: Punches, parts: _Parts, punch: Kernel, level: int) -> tuple[F
 
 
 def stress(integrals: Sums, poisson: float) -> FloatArray:
-    """
-    The components rr, tt, zz, rz of the stress in Pa, tension positive, shape (4, ...).
-
-    Parameters
-    ----------
-    poisson : float
-        nu of the body.
-    """
+    """The components rr, tt, zz, rz of the stress in Pa, tension positive, shape (4, ...)."""
     lateral = (1.0 - 2.0 * poisson) * integrals.mean
     return (
         np.array(

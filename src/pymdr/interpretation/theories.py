@@ -91,11 +91,6 @@ def theory_of(law: AdhesionLaw) -> Theory:
     """
     The row of a law of adhesion.
 
-    Raises
-    ------
-    ProblemError
-        If the law is unknown.
-
     Examples
     --------
     >>> theory_of(JKR("50 mJ/m^2")).references
@@ -119,15 +114,6 @@ def equilibria_of(law: AdhesionLaw, profile: Profile, line: Line, top: float) ->
         Its radius of curvature determines the attraction of DMT.
     top : float
         Radius in m up to which the curve is needed.
-
-    Returns
-    -------
-    JKR, MaugisDugdale or DMT of :mod:`pymdr.line.adhesion`
-
-    Raises
-    ------
-    ProblemError
-        If the law does not cover the profile.
     """
     theory = theory_of(law)
     if law.has_hysteresis:

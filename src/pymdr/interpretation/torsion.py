@@ -61,10 +61,6 @@ def torsional_claims(
 
     Parameters
     ----------
-    names : tuple of str
-        Quantities of the result.
-    everywhere : ndarray of bool
-        True for every step.
     excess : ndarray
         Largest traction beyond friction so far, relative to mu p.
     error : ndarray

@@ -158,16 +158,10 @@ def compiled_of(contacts: Moved, deepest: float, capacity: int) -> CompiledStep:
 
     Parameters
     ----------
-    contacts : Moved
     deepest : float
         The largest indentation in m.
     capacity : int
         Number of turning points that every stack can hold.
-
-    Raises
-    ------
-    ProblemError
-        If steps of these contacts are not compiled.
     """
     raise ProblemError(
         "Stepper.compiled: contacts of bodies with memory and friction or adhesion, and of bodies that yield with adhesion or apparent_radius, "

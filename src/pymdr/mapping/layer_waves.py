@@ -104,7 +104,6 @@ class StackWaves:
 
     Parameters
     ----------
-    body : Layered
     k : ndarray
         Wavenumbers in 1/m, above 0, shape (n,).
 

@@ -181,14 +181,7 @@ class Compliance:
         return minors
 
     def pressed_through(self, s: FloatArray) -> FloatArray:
-        """
-        The normal stress on a frictionless base, as a part of the pressure wave on the surface.
-
-        Raises
-        ------
-        ProblemError
-            If the layers are bonded to their base.
-        """
+        """The normal stress on a frictionless base, as a part of the pressure wave on the surface."""
         if self.body.bond != "frictionless":
             raise ProblemError(
                 "pressed_through: the layers are bonded to their base; give bond='frictionless'"
@@ -313,11 +306,6 @@ _BLOCK = 1 << 13
 class Kernel:
     """
     The kernel M(t) of two bodies, one or both of them layered, tabulated as far out as requested.
-
-    Raises
-    ------
-    ConvergenceError
-        If its integral along a ray is not that along the axis.
 
     Notes
     -----

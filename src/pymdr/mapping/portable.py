@@ -21,7 +21,6 @@ def portable(contact: Contact, radius: float, depth: float = 0.0) -> Contact:
 
     Parameters
     ----------
-    contact : Contact
     radius : float
         The largest contact radius in m; 0 if unknown.
     depth : float, optional
@@ -55,16 +54,10 @@ def require_known(profile: Profile, radii: FloatArray, name: str) -> None:
 
     Parameters
     ----------
-    profile : Profile
     radii : ndarray
         In m.
     name : str
         Of the field.
-
-    Raises
-    ------
-    ProblemError
-        If a part of the profile is the interpolant of a callable, and a radius lies beyond its end.
     """
     parts = profile.parts if isinstance(profile, Sum) else (profile,)
     end = min((part.max_radius for part in parts if isinstance(part, Interpolated)), default=math.inf)

@@ -59,14 +59,7 @@ def identifier(name: str) -> str:
 
 
 def c_header(data: HeaderData) -> str:
-    """
-    The text of a header.
-
-    Raises
-    ------
-    ProblemError
-        If the name is not a C identifier.
-    """
+    """The text of a header."""
     name = identifier(data.name)
     constants, usage, body = data.constants, [], _body(data)
     if data.history is not None:
@@ -81,14 +74,7 @@ def c_header(data: HeaderData) -> str:
 
 
 def step_header(name: str, remarks: Sequence[str], largest: float, step: StepInC) -> str:
-    """
-    The text of a header of a step alone, up to a largest indentation in m.
-
-    Raises
-    ------
-    ProblemError
-        If the name is not a C identifier.
-    """
+    """The text of a header of a step alone, up to a largest indentation in m."""
     constants = {"LARGEST_INDENTATION": (largest, "m"), **step.constants}
     return _assembled(identifier(name), [*remarks, "", step.usage], constants, [step.body])
 

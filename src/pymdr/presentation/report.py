@@ -62,14 +62,7 @@ class Report(NamedTuple):
 
 
 def write_report(file: str | os.PathLike[str], report: Report) -> None:
-    """
-    Write a report.
-
-    Raises
-    ------
-    FileError
-        If the file cannot be written, or its name does not end with .html.
-    """
+    """Write a report."""
     target = named_file(file, "write")
     if target.suffix.lower() not in _SUFFIXES:
         raise FileError(f"cannot write {str(file)!r}: a report is HTML with a name that ends with '.html'")

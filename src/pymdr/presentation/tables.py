@@ -48,8 +48,6 @@ def about_rows(
 
     Parameters
     ----------
-    claims : mapping of str to Claim
-        By quantity.
     assumptions, notes, sources : iterable
         Those of the result; `sources` are full references.
     others : mapping of str to str, optional
@@ -126,15 +124,8 @@ def write_csv(columns: Mapping[str, np.ndarray], file: str | os.PathLike[str], a
 
     Parameters
     ----------
-    columns : mapping of str to ndarray
-        By title.
     about : sequence
         Rows written above the header, in lines that begin with ``#``.
-
-    Raises
-    ------
-    FileError
-        If the file cannot be written, or its suffix is that of a spreadsheet or an array file.
     """
     import pandas as pd
 
@@ -179,8 +170,6 @@ def write_xlsx(columns: Mapping[str, np.ndarray], about: About, file: str | os.P
 
     Parameters
     ----------
-    columns : mapping of str to ndarray
-        By title.
     about : sequence
         Kind, name and text.
     file : path
@@ -214,14 +203,7 @@ def write_xlsx(columns: Mapping[str, np.ndarray], about: About, file: str | os.P
 
 
 def new_book() -> Workbook:
-    """
-    An empty spreadsheet; also called early to check that openpyxl is installed.
-
-    Raises
-    ------
-    MissingExtraError
-        Without openpyxl.
-    """
+    """An empty spreadsheet; also called early to check that openpyxl is installed."""
     try:
         from openpyxl import Workbook
     except ImportError as error:

@@ -258,13 +258,7 @@ class Contact(Value):
 
 
 def require_contact(contact: object, prefix: str) -> Contact:
-    """
-    The contact; a value that is not one is refused.
-
-    Raises
-    ------
-    ProblemError
-    """
+    """The contact; a value that is not one is refused."""
     if not isinstance(contact, Contact):
         raise ProblemError(f"{prefix}: {shown(contact)} is not a Contact; write Contact(profile, body)")
     return contact

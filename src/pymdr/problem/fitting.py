@@ -138,11 +138,6 @@ def fitted(measured: Measured, terms: int | None = None, noise: float | None = N
     noise : float, optional
         Relative noise of the rows; by default 1.1 times the misfit of the full fit with eight terms per decade.
 
-    Raises
-    ------
-    ProblemError
-        If terms or noise is outside its limits, or no series reaches the noise.
-
     Notes
     -----
     The fit minimises the squared relative residuals with moduli not below 0 (Lawson and Hanson, 1974) and times within the

@@ -415,15 +415,8 @@ def coefficients(given: Any, where: str, *, needed: bool = True) -> Coefficients
     Parameters
     ----------
     given : str, pair of str, mapping, or pairs of names and factors
-    where : str
-        Its place, for messages.
     needed : bool
         Whether it must name a body.
-
-    Raises
-    ------
-    ProblemError
-        If it is none of these, a factor is 0 or not finite, or a body is named twice.
 
     Examples
     --------

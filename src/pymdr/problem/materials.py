@@ -412,15 +412,6 @@ def common_exponent(body: Material, counterbody: Material) -> float:
     """
     Common grading exponent of two bodies: 0 for homogeneous bodies, any for rigid ones.
 
-    Parameters
-    ----------
-    body, counterbody : Elastic, TransverselyIsotropic, Graded, Viscoelastic or Rigid
-
-    Raises
-    ------
-    ProblemError
-        If the exponents differ, both bodies are rigid, or one is not a material.
-
     Examples
     --------
     >>> common_exponent(Graded("1 MPa", "1 mm", 0.2, 0.5), Rigid())

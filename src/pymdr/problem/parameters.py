@@ -62,16 +62,6 @@ def parameter_of(contact: Contact, name: str) -> Parameter:
     """
     One parameter of a contact.
 
-    Parameters
-    ----------
-    name : str
-        Its dotted name.
-
-    Raises
-    ------
-    ProblemError
-        If the contact has no parameter of that name.
-
     Examples
     --------
     >>> from pymdr.problem.materials import Elastic

@@ -222,14 +222,7 @@ PLANE_CHANNELS = ("shift", "tangential_force")
 
 
 def is_planar(path: LoadingPath) -> bool:
-    """
-    Whether a path prescribes shifts or tangential forces in the plane, as pairs along x and y.
-
-    Raises
-    ------
-    PathError
-        If some legs give pairs and others one number.
-    """
+    """Whether a path prescribes shifts or tangential forces in the plane, as pairs along x and y."""
     kinds = [
         (number, name, np.ndim(target) - isinstance(leg, Path) == 1)
         for number, leg in enumerate(known_legs(path), 1)
@@ -247,14 +240,7 @@ def is_planar(path: LoadingPath) -> bool:
 
 
 def planned(path: LoadingPath) -> tuple[Planned, ...]:
-    """
-    The legs of a path in order, each with its number, its rows, its controls and its time.
-
-    Raises
-    ------
-    PathError
-        If a leg is of an unknown kind.
-    """
+    """The legs of a path in order, each with its number, its rows, its controls and its time."""
     legs = known_legs(path)
     controls, first = Controls(), 0
     timed, planar = any(map(_has_time, legs)), is_planar(path)

@@ -347,11 +347,6 @@ def in_series(kernels: Sequence[Relaxation]) -> Relaxation:
     Relaxation
         With at most as many terms as all together, plus one for each parallel dashpot; all above 0.
 
-    Raises
-    ------
-    ProblemError
-        If the sequence is empty.
-
     Examples
     --------
     >>> in_series([Relaxation(1.0), Relaxation(viscosity=2.0)]).times

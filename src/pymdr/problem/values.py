@@ -21,14 +21,7 @@ from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_s
 
 
 class Named:
-    """
-    A callable field of a value while it is pickled; a function that cannot be pickled gives a clear error.
-
-    Parameters
-    ----------
-    name : str
-        Name of the field, for the message.
-    """
+    """A callable field of a value while it is pickled; a function that cannot be pickled gives a clear error."""
 
     def __init__(self, function: Callable[..., Any], name: str) -> None:
         self.function = function
@@ -175,14 +168,7 @@ _LARGEST, _SMALLEST, _NOTHING = 1e60, 1e-60, 1e-290
 
 
 def within_range(values: Any, unit: str, name: str, *, size: bool = False, limited: bool = False) -> Any:
-    """
-    Refuse numbers whose products overflow; values below 1e-290 become 0 unless limited.
-
-    Raises
-    ------
-    ProblemError
-        If a number is above 1e60, or a size below 1e-60.
-    """
+    """Refuse numbers whose products overflow; values below 1e-290 become 0 unless limited."""
     if type(values) is float and _SMALLEST <= abs(values) <= _LARGEST:
         return values
     magnitude = np.abs(values)

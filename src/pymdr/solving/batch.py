@@ -138,14 +138,7 @@ def _thrown(answers: Iterable[Result | PymdrError]) -> Iterator[Result | PymdrEr
 def solutions(
     requests: Sequence[Request], options: Mapping[str, Any], workers: Workers
 ) -> Iterator[Result | PymdrError]:
-    """
-    Results of contacts along their paths, or why there is none, in order and one by one.
-
-    Raises
-    ------
-    ProblemError
-        If `workers` is neither a whole number above 0 nor a client.
-    """
+    """Results of contacts along their paths, or why there is none, in order and one by one."""
     if is_cluster(checked_workers(workers)):
         return _solve_on_cluster(requests, options, workers)
     if workers == 1:

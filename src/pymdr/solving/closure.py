@@ -38,13 +38,7 @@ def is_curve(contact: Contact) -> bool:
 
 
 def refuse_curve(contact: Contact, prefix: str, why: str) -> None:
-    """
-    Refuse contacts that are known by a force curve only, and values that are not contacts.
-
-    Raises
-    ------
-    ProblemError
-    """
+    """Refuse contacts that are known by a force curve only, and values that are not contacts."""
     require_contact(contact, prefix)
     if is_curve(contact):
         raise ProblemError(

@@ -383,11 +383,6 @@ def criterion_of(
         One of :data:`CRITERIA`.
     slope, yield_strength, limit : str, optional
         Its arguments, with units.
-
-    Raises
-    ------
-    ProblemError
-        If the name is not known, an argument is missing, or is one that the criterion has not.
     """
     if name not in CRITERIA:
         raise ProblemError(f"fatigue: criterion = {shown(name)}; one of {', '.join(CRITERIA)} is needed")
@@ -411,14 +406,8 @@ def cycled_bulk(result: Result, constant: str | None, amplitude: str | None) -> 
 
     Parameters
     ----------
-    result : Result
     constant, amplitude : str, optional
         In Pa; the amplitude belongs to the largest tangential force.
-
-    Raises
-    ------
-    ProblemError
-        If an amplitude is given and there is no tangential force.
     """
     if constant is None and amplitude is None:
         return None

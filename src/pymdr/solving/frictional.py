@@ -379,14 +379,7 @@ def _refuse_lifted(contact: Contact, line: ElasticLine, force: FloatArray) -> No
 def disks_down_to(
     contact: Contact, line: ElasticLine, deepest: float, subject: str = "friction"
 ) -> Certificate:
-    """
-    The certificate of all depths from the first touch on, whose pressures add up to the tractions.
-
-    Raises
-    ------
-    RefusedError
-        If the contact is not a disk at one of them.
-    """
+    """The certificate of all depths from the first touch on, whose pressures add up to the tractions."""
     certificate = certify_history(line, deepest)
     if not certificate.disk.all():
         raise RefusedError(

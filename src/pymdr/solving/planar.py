@@ -190,13 +190,7 @@ def _forces(mapped: MappedSprings, stretch: Stretch, depth: FloatArray) -> Float
 
 
 def check_planar(contact: Contact, path: LoadingPath, by_rings: bool) -> None:
-    """
-    Refuse contacts that cannot be moved in the plane.
-
-    Raises
-    ------
-    ProblemError
-    """
+    """Refuse contacts that cannot be moved in the plane."""
     why = None
     if contact.friction is None:
         why = "a frictionless contact carries no tangential force; give Contact(..., friction=Coulomb(0.3))"

@@ -111,8 +111,6 @@ def elastic_pull_off(
     ----------
     contact : Contact
         With a law of adhesion.
-    machine_stiffness, pressed_to, preload : quantity, optional
-        As there.
 
     Raises
     ------
@@ -178,14 +176,7 @@ _UNITS = {
 
 
 def start_of_retraction(pressed_to: QuantityLike | None, preload: QuantityLike | None) -> float | None:
-    """
-    Indentation in m, or force in N, at which a retraction starts; None if neither is given.
-
-    Raises
-    ------
-    ProblemError
-        If both are given, the indentation is not above 0, or the force is below 0.
-    """
+    """Indentation in m, or force in N, at which a retraction starts; None if neither is given."""
     if pressed_to is not None and preload is not None:
         raise ProblemError("pull_off: both pressed_to and preload given; give one of them")
     if preload is not None:

@@ -35,15 +35,8 @@ def refuse_malformed(verb: str, count: int, given: Mapping[str, tuple[Any, str]]
     ----------
     verb : str
         What was to be done, for the message.
-    count : int
-        Number of contacts.
     given : mapping
         Values by their names, with their units.
-
-    Raises
-    ------
-    PathError
-        If one of them is malformed.
     """
     several = f", or an array of shape ({count},)," if count > 1 else ""
     for name, (value, unit) in given.items():

@@ -90,14 +90,7 @@ def _part_of(progress: Progress | None, part: int, parts: int) -> Progress | Non
 
 
 def refuse_beyond_memory(path: LoadingPath, keep: int = 1) -> None:
-    """
-    Refuse a path whose rows exceed the memory of this machine.
-
-    Raises
-    ------
-    PathError
-        With the number of rows and the memory they need.
-    """
+    """Refuse a path whose rows exceed the memory of this machine."""
     rows = total_rows(path)
     needed = bytes_of(rows, keep)
     if needed > memory_of_machine():
@@ -155,14 +148,7 @@ def check_problem(contact: Contact, path: LoadingPath) -> None:
 
 
 def read_stiffness(value: QuantityLike) -> float:
-    """
-    A machine stiffness in N/m: 0 is a dead load, inf a rigid machine.
-
-    Raises
-    ------
-    ProblemError
-        If it is negative.
-    """
+    """A machine stiffness in N/m: 0 is a dead load, inf a rigid machine."""
     if (isinstance(value, float) and value == math.inf) or (
         isinstance(value, str) and value.strip() == "inf"
     ):

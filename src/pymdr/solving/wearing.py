@@ -66,14 +66,7 @@ class WearCycle(NamedTuple):
 
 
 def refuse_unknown_wear(contact: Contact) -> None:
-    """
-    Refuse contacts whose wear is not known.
-
-    Raises
-    ------
-    ProblemError
-        If the contact has adhesion, memory, grading, layers, a force curve, another shape or a sharp edge.
-    """
+    """Refuse contacts whose wear is not known."""
     bodies = (contact.body, contact.counterbody)
     profile = contact.profile
     why = ""
@@ -99,11 +92,6 @@ def refuse_unknown_wear(contact: Contact) -> None:
 def one_cycle(path: LoadingPath) -> WearCycle:
     """
     The constant load and the amplitude of a path of one cycle.
-
-    Raises
-    ------
-    ProblemError
-        If the path does not press first and then only shift to and fro.
 
     Examples
     --------
@@ -225,14 +213,7 @@ class Followed(NamedTuple):
 
 
 def followed(case: WearCase, rows: FloatArray, progress: Callable[[int, int], None] | None) -> Followed:
-    """
-    The history of a case, on a mesh that the contact does not outgrow.
-
-    Raises
-    ------
-    ProblemError
-        If gross slip is too wide, or the contact outgrows the profile.
-    """
+    """The history of a case, on a mesh that the contact does not outgrow."""
     if case.gross and case.request.amplitude > SMALL * case.radius:
         raise ProblemError(
             f"wear: gross slip with an amplitude of {metres(case.request.amplitude)} (limit {metres(SMALL * case.radius)}, a tenth of the "

@@ -31,14 +31,7 @@ ENDED_WORKERS = (
 
 
 def checked_workers(workers: Workers) -> Workers:
-    """
-    A number of cores, or the client of a cluster.
-
-    Raises
-    ------
-    ProblemError
-        If it is neither a whole number of at least 1 nor a client.
-    """
+    """A number of cores, or the client of a cluster."""
     if is_cluster(workers) or (type(workers) is int and workers >= 1):
         return workers
     raise ProblemError(
@@ -137,11 +130,6 @@ class KeptParts:
         Created if it does not exist.
     work : mapping
         Identity of the computation, JSON-serialisable; a folder of another computation or version of pymdr is refused.
-
-    Raises
-    ------
-    FileError
-        If the folder cannot be created, or contains parts of another computation.
     """
 
     def __init__(self, folder: str | os.PathLike[str], work: Mapping[str, Any]) -> None:

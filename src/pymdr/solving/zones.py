@@ -38,7 +38,6 @@ def zone_relaxation(
 
     Parameters
     ----------
-    contact : Contact
     span : tuple of float or None
         Shortest step and length of a path in s, over which powers of time are represented; None if there are none.
     level : ZoneLevel, optional
@@ -76,7 +75,6 @@ def zone_setting(
 
     Parameters
     ----------
-    contact : Contact
     relaxation : Relaxation
         E*(t) of its bodies.
     targets : mapping of float to float

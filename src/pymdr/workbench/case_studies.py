@@ -46,11 +46,6 @@ def pull_off_of(contact: Contact, *, edge: bool = False, **given: Any) -> Study:
         Whether the work of the receding edge over its speed is given instead; only for bodies with memory.
     **given
         Arguments of :func:`pymdr.pull_off`; those that are None are left out, and `speed` and `dwell` may be lists.
-
-    Raises
-    ------
-    ProblemError
-        If bodies without memory are asked for the work of their edge, which does not depend on its speed.
     """
     if edge and not contact.is_viscoelastic:
         raise ProblemError(

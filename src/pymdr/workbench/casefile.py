@@ -61,13 +61,6 @@ def read_case(file: str | os.PathLike[str]) -> Case:
         A TOML file with the tables ``[profile]``, ``[body]``, optionally ``[counterbody]``,
         ``[adhesion]``, ``[friction]``, ``[solve]``, ``[stress]``, ``[first_yield]``, ``[shakedown]``, ``[pull_off]``, ``[fatigue]`` and ``[wear]``, and one ``[[path]]`` for
         every leg.
-
-    Raises
-    ------
-    FileError
-        If the file cannot be read.
-    CaseError
-        If it is not a valid case; the message names file, table, key, value and remedy.
     """
     source = named_file(file, "read")
     plain = _tables(source)
@@ -86,11 +79,6 @@ def case_of_tables(tables: Mapping[str, Any], file: Path = Path()) -> Case:
     file : path
         Their file, if there is one.
 
-    Raises
-    ------
-    CaseError
-        If they are not a valid case; the message names table, key, value and remedy.
-
     Examples
     --------
     >>> tables = {"profile": {"kind": "sphere", "radius": "1 mm"}, "body": {"kind": "elastic", "young": "1 GPa", "poisson": 0.3}}
@@ -106,21 +94,7 @@ def case_of_tables(tables: Mapping[str, Any], file: Path = Path()) -> Case:
 
 
 def read_tables(file: str | os.PathLike[str]) -> dict[str, Any]:
-    """
-    Read the tables of a case file as plain values, with the columns of its CSV files in place of their names.
-
-    Parameters
-    ----------
-    file : path
-        As for :func:`read_case`.
-
-    Raises
-    ------
-    FileError
-        If a file cannot be read.
-    CaseError
-        If it is not TOML, or a file in it has other columns.
-    """
+    """Read the tables of a case file as plain values, with the columns of its CSV files in place of their names."""
     source = named_file(file, "read")
     plain = _tables(source)
     with errors_of_case(f"{source}:"):
@@ -225,26 +199,7 @@ def _check_stress(wanted: Mapping[str, Any], contact: Contact, path: LoadingPath
 
 
 def read_contact(file: str | os.PathLike[str]) -> tuple[str, Contact]:
-    """
-    Read the title and the contact of a case file; the path is optional.
-
-    Parameters
-    ----------
-    file : path
-        As for :func:`read_case`.
-
-    Returns
-    -------
-    title : str
-    contact : Contact
-
-    Raises
-    ------
-    FileError
-        If the file cannot be read.
-    CaseError
-        If it is not a valid case; the message names file, table, key, value and remedy.
-    """
+    """Read the title and the contact of a case file; the path is optional."""
     source = named_file(file, "read")
     plain = _tables(source)
     with errors_of_case(f"{source}:"):
@@ -259,13 +214,6 @@ def read_rough_case(file: str | os.PathLike[str]) -> RoughCase:
     ----------
     file : path
         A TOML file with the tables ``[surface]``, ``[body]`` and optionally ``[counterbody]`` and ``[ball]``.
-
-    Raises
-    ------
-    FileError
-        If the file cannot be read.
-    CaseError
-        If it is not such a case; the message names file, table, key, value and remedy.
     """
     source = named_file(file, "read")
     plain = _tables(source)
@@ -287,13 +235,6 @@ def read_press_case(file: str | os.PathLike[str]) -> tuple[PressCase, Topography
     -------
     case : PressCase
     surface : Topography or RoughSurface
-
-    Raises
-    ------
-    FileError
-        If a file cannot be read.
-    CaseError
-        If it is not such a case; the message names file, table, key, value and remedy.
     """
     source = named_file(file, "read")
     plain = _tables(source)
@@ -315,13 +256,6 @@ def read_machine_case(file: str | os.PathLike[str]) -> MachineCase:
     ----------
     file : path
         A TOML file with the table ``[machine]``, its ``[[machine.bodies]]`` and ``[[machine.links]]``, and the contact of its joints.
-
-    Raises
-    ------
-    FileError
-        If the file cannot be read.
-    CaseError
-        If it is not such a case; the message names file, table, key, value and remedy.
     """
     source = named_file(file, "read")
     plain = _tables(source)
@@ -330,20 +264,7 @@ def read_machine_case(file: str | os.PathLike[str]) -> MachineCase:
 
 
 def is_of_machine(file: str | os.PathLike[str]) -> bool:
-    """
-    Whether a case file has the table ``[machine]``.
-
-    Parameters
-    ----------
-    file : path
-
-    Raises
-    ------
-    FileError
-        If the file cannot be read.
-    CaseError
-        If it is no TOML.
-    """
+    """Whether a case file has the table ``[machine]``."""
     return "machine" in _tables(named_file(file, "read"))
 
 

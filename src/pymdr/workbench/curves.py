@@ -242,21 +242,12 @@ def read_fittable_curves(
 
     Parameters
     ----------
-    file : path
-        As for :func:`read_curves`.
     segment : {"record", "approach", "retreat"}, optional
         By default the record of a table, and the approach of a file of an instrument.
     whole : bool
         Whether the default is the record of any file.
     keep_signs : bool, optional
         As for :func:`read_prepared_curves`, or for :func:`read_curves` if it is a table.
-    **options
-        Of :func:`read_curves`.
-
-    Raises
-    ------
-    ProblemError
-        If a spring constant is not used; and as those.
     """
     if not is_table(file):
         part = segment or ("record" if whole else "approach")
@@ -270,23 +261,7 @@ def read_fittable_curves(
 
 
 def read_segment(file: str | os.PathLike[str], segment: str = "record", **options: Any) -> MeasuredCurve:
-    """
-    One part of the only record of a file, as it was measured, but with the signs of pymdr.
-
-    Parameters
-    ----------
-    file : path
-        As for :func:`read_curves`.
-    segment : {"record", "approach", "retreat"}
-        The part.
-    **options
-        Of :func:`read_curves`.
-
-    Raises
-    ------
-    ProblemError
-        If `segment` is none of these, the record has no such part, or the file has several records; and as :func:`read_curves`.
-    """
+    """One part of the only record of a file, as it was measured, but with the signs of pymdr."""
     if segment not in _PARTS:
         raise ProblemError(f"segment = {shown(segment)}; it must be one of {', '.join(_PARTS)}")
     parts = read_curves(file, **options)

@@ -131,20 +131,10 @@ def area_function_of(records: Sequence[xr.Dataset]) -> AreaFunction | None:
     """
     The area function stated in the files, for depths in nm.
 
-    Parameters
-    ----------
-    records : sequence of xarray.Dataset
-        Of :func:`read_indents`.
-
     Returns
     -------
     AreaFunction or None
         None if a record has none.
-
-    Raises
-    ------
-    ProblemError
-        If the records have different ones.
     """
     coefficients = {tuple(record.attrs.get("area_coefficients", ())) for record in records}
     if () in coefficients:

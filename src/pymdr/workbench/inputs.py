@@ -23,18 +23,10 @@ def read_bytes(file: str | os.PathLike[str], largest: int, what: str) -> bytes:
 
     Parameters
     ----------
-    file : path
     largest : int
         Number of bytes above which the file is refused.
     what : str
         What the file should be, for messages, such as "case file".
-
-    Raises
-    ------
-    FileError
-        If the file cannot be read or is no regular file.
-    CaseError
-        If it is too large.
     """
     source = named_file(file, "read")
     try:
@@ -73,21 +65,7 @@ def read_filled(file: str | os.PathLike[str], largest: int, what: str) -> bytes:
 
 
 def read_text(file: str | os.PathLike[str], largest: int, what: str) -> str:
-    """
-    The text of a regular file; a byte order mark is no part of it.
-
-    Parameters
-    ----------
-    file, largest, what
-        As for :func:`read_bytes`.
-
-    Raises
-    ------
-    FileError
-        If the file cannot be read or is no regular file.
-    CaseError
-        If it is too large or no text in UTF-8.
-    """
+    """The text of a regular file; a byte order mark is no part of it."""
     content, source = read_bytes(file, largest, what), named_file(file, "read")
     try:
         return content.decode("utf-8-sig")
@@ -122,21 +100,7 @@ def text_of(content: bytes) -> str | None:
 
 
 def read_measured_text(file: str | os.PathLike[str], largest: int, what: str) -> str:
-    """
-    The text of a file of measured data, in any encoding that :func:`text_of` supports.
-
-    Parameters
-    ----------
-    file, largest, what
-        As for :func:`read_bytes`.
-
-    Raises
-    ------
-    FileError
-        If the file cannot be read or is no regular file.
-    CaseError
-        If it is empty, too large or no text.
-    """
+    """The text of a file of measured data, in any encoding that :func:`text_of` supports."""
     content = read_filled(file, largest, what)
     text = text_of(content)
     if text is None:

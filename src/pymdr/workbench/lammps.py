@@ -139,22 +139,10 @@ def bench_lammps(progress: Callable[[int, int], None] | None = None) -> LammpsCo
 
     A ball of 10 mm (E = 1 GPa, nu = 0.3) on a wall of the same material; a ball that yields on a rigid wall. LAMMPS runs as a program of its own.
 
-    Parameters
-    ----------
-    progress : callable, optional
-        Called as ``progress(done, total)``.
-
     Returns
     -------
     LammpsComparison
         Differences of force, energy and restitution; what differs is shown, not judged.
-
-    Raises
-    ------
-    MissingExtraError
-        If LAMMPS is not installed.
-    ConvergenceError
-        If it ends with an error.
 
     Notes
     -----

@@ -27,17 +27,8 @@ def law_of_case(
         The path in it may be left out where `to` is given.
     to : str or None
         The largest indentation; the deepest of the path unless given.
-    tangential : bool
-        Whether the header has friction along a line.
     springs : int or None
         Number of springs with memory, or for friction in the plane.
-
-    Raises
-    ------
-    CaseError
-        If the path reaches no indentation.
-    PymdrError
-        As :func:`pymdr.export_law` does.
     """
     if to is not None:
         title, contact = read_contact(case)
@@ -106,14 +97,7 @@ def named_units(given: Sequence[str]) -> dict[str, str]:
 def write_result(
     result: Result, file: Path, quantities: Sequence[str] | None, units: Mapping[str, str]
 ) -> None:
-    """
-    Write a result as a table with its claims and assumptions; the suffix of the file selects the format.
-
-    Raises
-    ------
-    FileError
-        If the name is that of no table.
-    """
+    """Write a result as a table with its claims and assumptions; the suffix of the file selects the format."""
     if file.suffix.lower() == ".xlsx":
         result.to_xlsx(file, quantities=quantities or None, units=units)
     elif file.suffix.lower() == ".csv":

@@ -23,13 +23,6 @@ def import_file(file: str | os.PathLike[str]) -> None:
     file : path
         Its name without ``.py`` is the name of the module.
 
-    Raises
-    ------
-    FileError
-        If there is no such file, its name is not a module's, or another module has it.
-    ProblemError
-        If the file raises an error; the message has the line.
-
     Examples
     --------
     >>> import_file("tip.toml")

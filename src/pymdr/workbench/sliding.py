@@ -158,15 +158,6 @@ def verify_sliding(
         Cells along a side of the grid, 8 to 80.
     steps : int
         Most rows that are followed, at least 2.
-    machine_stiffness : quantity or None
-        As for :func:`pymdr.solve`.
-    progress : callable or None
-        Called as ``progress(done, total)``.
-
-    Raises
-    ------
-    ProblemError, PathError, ConvergenceError
-        As :func:`pymdr.solve`.
     """
     grid = HalfSpaceGrid(cells)
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 2:

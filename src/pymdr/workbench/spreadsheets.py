@@ -33,15 +33,6 @@ def read_sheets(source: Path, largest: int) -> dict[str, list[str]]:
     -------
     dict of str to list of str
         Name of the sheet -> its rows, without empty ones at the end. Values are those of the last calculation.
-
-    Raises
-    ------
-    FileError
-        If the file cannot be read.
-    CaseError
-        If it is too large or no spreadsheet.
-    MissingExtraError
-        If the extra is not installed.
     """
     content = read_filled(source, largest, "spreadsheet")
     is_old = source.suffix.lower() == ".xls" and not content.startswith(_ZIP)

@@ -88,10 +88,6 @@ def compare_subsurface(result: Result, rows: Sequence[int] | np.ndarray) -> Subs
     """
     Compare the stress in the body of a result with a double integral of point loads, at the last of some rows that has one.
 
-    Parameters
-    ----------
-    rows : sequence of int
-
     Notes
     -----
     The pressure and the shear traction are those of the result, so that the integral tests the way from the surface into the body;

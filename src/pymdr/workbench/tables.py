@@ -131,12 +131,6 @@ def read_rheometry(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
     dict of str to ndarray
         ``time`` (s) and the shear ``modulus`` or ``young`` (Pa); or ``omega`` (rad/s) with ``storage`` and ``loss`` in shear, or
         ``young_storage`` and ``young_loss`` (Pa).
-
-    Raises
-    ------
-    FileError, CaseError
-        If the file cannot be read, is not such a table, has columns of both tests, or does not state whether a modulus is a shear
-        or Young's modulus.
     """
     example = "time [s], G [kPa]' or 'frequency [Hz], G' [kPa], G'' [kPa]"
     columns = _read(file, _RHEOMETRY, (), example)
@@ -178,13 +172,6 @@ def read_columns(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
     -------
     dict of str to ndarray
         ``radius``, ``height`` and optionally ``scatter``.
-
-    Raises
-    ------
-    FileError
-        If the file cannot be read.
-    CaseError
-        If the header has no units or columns are missing, or a row is not numbers.
     """
     return _read(file, _PROFILE, ("radius", "height"), "r [nm], f [nm]")
 
@@ -193,20 +180,10 @@ def read_grid_columns(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
     """
     Positions and heights in m from a CSV file with units in its header, such as ``x [um], y [um], z [nm]``.
 
-    Parameters
-    ----------
-    file : path
-        As for :func:`read_columns`.
-
     Returns
     -------
     dict of str to ndarray
         ``x``, ``y`` and ``height``.
-
-    Raises
-    ------
-    FileError, CaseError
-        As :func:`read_columns`.
     """
     return _read(file, _GRID, ("x", "y", "height"), "x [um], y [um], z [nm]")
 
@@ -215,21 +192,11 @@ def read_curve_columns(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
     """
     Depths and forces in SI units from a CSV file with units in its header, such as ``d [nm], F [uN]``.
 
-    Parameters
-    ----------
-    file : path
-        As for :func:`read_columns`.
-
     Returns
     -------
     dict of str to ndarray
         ``indentation`` (m) and ``force`` (N), and, if the file has columns of errors as written by ``to_csv``, ``error``: the
         relative errors of the forces including those of the indentations, nan where empty.
-
-    Raises
-    ------
-    FileError, CaseError
-        As :func:`read_columns`.
     """
     names = {**_CURVE, **_CURVE_ERRORS}
     columns = _read(file, names, ("indentation", "normal_force"), "d [nm], F [uN]", tuple(_CURVE_ERRORS))
@@ -414,11 +381,6 @@ def read_force_columns(file: str | os.PathLike[str], *, missing: bool) -> dict[s
     -------
     dict of str to ndarray
         ``normal_force``, ``indentation``, ``travel``, ``time``; ``height`` and ``deflection`` in m; ``signal`` in V, ``current`` in A.
-
-    Raises
-    ------
-    FileError, CaseError
-        As :func:`read_record`.
     """
     names = tuple(_FORCE_RECORD) if missing else ()
     try:
@@ -501,14 +463,7 @@ def _read(
 
 
 def lines_of(source: Path, names: Names) -> list[str]:
-    """
-    The lines of a text, or the rows of the sheet of a spreadsheet that has a table, with tabs between their cells.
-
-    Raises
-    ------
-    CaseError
-        If several sheets have tables.
-    """
+    """The lines of a text, or the rows of the sheet of a spreadsheet that has a table, with tabs between their cells."""
     if source.suffix.lower() in SPREADSHEETS:
         sheets = read_sheets(source, _LARGEST)
         tables = sheets_with_tables(sheets, names)

@@ -381,16 +381,6 @@ def template(kind: str) -> str:
         One of ``ball``, ``cone``, ``worn`` (blunt shapes), ``punch``, ``tip``, ``gel`` (adhesion), ``joint`` (friction), ``cycle``,
         ``rubber`` and ``creep`` (bodies with memory), ``layers``, ``switch`` (conduction), ``rough``, ``press`` and ``machine``.
 
-    Returns
-    -------
-    str
-        TOML.
-
-    Raises
-    ------
-    CaseError
-        If there is no such kind.
-
     Examples
     --------
     >>> template("ball").splitlines()[0]

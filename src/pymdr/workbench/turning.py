@@ -85,19 +85,8 @@ def verify_torsion(
     ----------
     contact : Contact
         With ``friction=Coulomb(mu)``, mu above 0 and finite.
-    rings : int
-        Number of rings, 20 to 1000.
     steps : int
         Most rows that are followed, at least 2: turning points, and rows between them.
-    machine_stiffness : quantity or None
-        As for :func:`pymdr.solve`.
-    progress : callable or None
-        Called as ``progress(done, total)``.
-
-    Raises
-    ------
-    ProblemError, PathError, ConvergenceError
-        As :func:`pymdr.solve`.
     """
     if isinstance(rings, bool) or not isinstance(rings, int) or not 20 <= rings <= 1000:
         raise ProblemError(f"verify: elements = {rings!r}; a whole number of rings from 20 to 1000 is needed")

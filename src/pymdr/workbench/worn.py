@@ -20,12 +20,8 @@ def write_worn_profile(study: Wear, file: str | os.PathLike[str], row: int = -1)
 
     Parameters
     ----------
-    study : Wear
-        From :func:`pymdr.wear`.
     file : path
         CSV file that ``Sampled`` profiles of case files read.
-    row : int
-        Row of the study.
     """
     worn = study.worn(row)
     first, last = float(worn.radius[0]), float(worn.radius[-1])

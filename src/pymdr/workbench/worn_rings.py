@@ -89,17 +89,8 @@ def verify_wear(
         One cycle, as for :func:`pymdr.wear`.
     given : mapping
         Arguments of :func:`pymdr.wear`: ``coefficient``, ``cycles``, ``law``.
-    rings : int
-        Number of rings, 20 to 1000.
     steps : int
         Number of compared rows, spread over those from 1 % of the cycles on.
-    progress : callable or None
-        Called as ``progress(done, total)``.
-
-    Raises
-    ------
-    ProblemError, PathError, ConvergenceError
-        As :func:`pymdr.wear`.
     """
     if isinstance(rings, bool) or not isinstance(rings, int) or not 20 <= rings <= 1000:
         raise ProblemError(f"verify: elements = {rings!r}; a whole number of rings from 20 to 1000 is needed")

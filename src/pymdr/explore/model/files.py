@@ -59,13 +59,6 @@ def choices_of(cases: Path | None, leave_out: Callable[[str], object] = warnings
         A case file, or a folder of them.
     leave_out : callable
         Called with a sentence for every file of the folder that is no case.
-
-    Raises
-    ------
-    CaseError
-        If the file is no case.
-    FileError
-        If the folder holds no case.
     """
     choices: dict[str, Choice] = {}
     if cases is not None and cases.is_dir():
@@ -84,14 +77,7 @@ def choices_of(cases: Path | None, leave_out: Callable[[str], object] = warnings
 
 
 def of_file(file: Path) -> Choice:
-    """
-    The choice of a case file.
-
-    Raises
-    ------
-    FileError, CaseError
-        If it cannot be read or is not a valid case.
-    """
+    """The choice of a case file."""
     read = read_tables(file)
     with errors_of_case(f"{file}:"):
         case_of_tables(read)
@@ -99,26 +85,12 @@ def of_file(file: Path) -> Choice:
 
 
 def case_of(choice: Choice) -> Case:
-    """
-    Contact, path and options of a choice.
-
-    Raises
-    ------
-    CaseError
-        If they do not fit together; the message names table, key, value and remedy.
-    """
+    """Contact, path and options of a choice."""
     return case_of_tables(choice.tables)
 
 
 def answer(choice: Choice, progress: Progress | None = None) -> Result:
-    """
-    The result of a choice, by :func:`pymdr.solve`.
-
-    Raises
-    ------
-    PymdrError
-        If the case is not valid, or cannot be solved.
-    """
+    """The result of a choice, by :func:`pymdr.solve`."""
     case = case_of(choice)
     return solve(case.contact, case.path, progress=progress, **case.options)
 

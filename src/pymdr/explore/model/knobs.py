@@ -132,13 +132,6 @@ def dragged(choice: Choice, knob: Knob, to: float) -> Choice:
 
 
 def typed(choice: Choice, knob: Knob, entry: str) -> Choice:
-    """
-    The choice with a text as the value of a knob; nothing in it is evaluated.
-
-    Raises
-    ------
-    UnitError
-        If the text is no quantity of this unit.
-    """
+    """The choice with a text as the value of a knob; nothing in it is evaluated."""
     to_si(entry, knob.unit, name=str(knob.place[-1]))
     return with_entry(choice, knob.place, entry.strip())

@@ -46,13 +46,7 @@ def is_solved(pressing: Pressing, tolerance: float) -> bool:
 
 
 def refuse_unsolved(package: str, pressing: Pressing, tolerance: float) -> None:
-    """
-    Refuse gaps inside the contact, penetration outside, or tension.
-
-    Raises
-    ------
-    ConvergenceError
-    """
+    """Refuse gaps inside the contact, penetration outside, or tension."""
     if not is_solved(pressing, tolerance):
         raise ConvergenceError(
             f"{package} did not converge in {pressing.iterations} iterations: gaps and penetrations are {largest_residual(pressing):.2g} of the indentation "
@@ -70,14 +64,8 @@ def by_force(
     ----------
     press : callable
         The solution at a force, to a tolerance.
-    first : float
-        Initial force.
     tolerance : float
         Relative tolerance of the indentation.
-
-    Raises
-    ------
-    ConvergenceError
 
     Notes
     -----

@@ -32,11 +32,6 @@ def solve_pressure(surface: Surface, gap: FloatArray, depth: float, start: Float
     start : ndarray (n, n), Pa
         First iterate.
 
-    Raises
-    ------
-    ConvergenceError
-        If gap or overlap exceeds 1e-9 of the largest undeformed overlap.
-
     Notes
     -----
     Conjugate gradients on the cells in contact: Polonsky and Keer (1999), Wear 231, 206.
@@ -87,11 +82,6 @@ def solve_tractions(
         mu p.
     start : ndarray (2, n, n), Pa
         First iterate.
-
-    Raises
-    ------
-    ConvergenceError
-        If a projected gradient step of 1 / (largest eigenvalue of C) exceeds 1e-9 of the largest w.
 
     Notes
     -----

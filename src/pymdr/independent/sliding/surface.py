@@ -86,13 +86,6 @@ def make_surface(half_width: float, n: int, body: Material, counterbody: Materia
     Parameters
     ----------
     half_width : float, m
-    n : int
-    body, counterbody : Elastic, TransverselyIsotropic or Rigid
-
-    Raises
-    ------
-    ProblemError
-        If both bodies are rigid, or one is graded.
 
     Notes
     -----

@@ -176,11 +176,6 @@ def zone_integrals(
     tuple of ndarray
         J0 (dimensionless), J1 [m] and J2 [m³].
 
-    Raises
-    ------
-    ConvergenceError
-        When two successive levels of the quadrature do not agree; the last values are in the message.
-
     Examples
     --------
     >>> from types import SimpleNamespace
@@ -268,8 +263,6 @@ def solve_width(
 
     Parameters
     ----------
-    line : EquivalentProfile
-        The equivalent profile.
     k : float
         Cohesive stress over modulus, σ0/E*.
     target : float
@@ -288,11 +281,6 @@ def solve_width(
     -------
     ndarray
         δ [m] to a few rounding errors of itself.
-
-    Raises
-    ------
-    ConvergenceError
-        When bracketing or the quadrature does not settle.
 
     Notes
     -----

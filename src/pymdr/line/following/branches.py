@@ -189,11 +189,6 @@ def inverse_of(
     Inverse
         Exact to about 1e-12 of s, or to the rounding of D where that is more.
 
-    Raises
-    ------
-    ConvergenceError
-        When D is not piecewise smooth.
-
     Examples
     --------
     >>> inverse = inverse_of(np.square, np.array([0.0]), np.array([3.0]), np.empty(0))

@@ -99,8 +99,6 @@ def step_all(
 
     Parameters
     ----------
-    line, scales : ndarray
-        As of :func:`step`.
     stacks, memory : ndarray, shape (n, 2, capacity) and (n, 2, 6)
         Of every contact.
     given, forces : ndarray, shape (2, n)

@@ -317,11 +317,6 @@ def solve_contact(kernel: Kernel, outline: Outline) -> tuple[Solved, FloatArray,
         Relative errors of its :func:`numbers`, shape (5,).
     order : int
         Nodes of a panel that it took.
-
-    Raises
-    ------
-    ConvergenceError
-        If the contact is wider than 300 thicknesses, solutions do not agree, or one is no contact.
     """
     if not outline.radius <= WIDEST * (1.0 + 1e-12):
         raise ConvergenceError(

@@ -146,14 +146,7 @@ class LayeredLine(Profiled):
         return Place(np.zeros(x.shape), x)
 
     def turning_points(self, top: float) -> tuple[float, ...]:
-        """
-        No radii: an equivalent profile that decreases is refused.
-
-        Raises
-        ------
-        ProblemError
-            If g falls somewhere up to `top`.
-        """
+        """No radii: an equivalent profile that decreases is refused."""
         self.table.refuse_falling(top)
         return ()
 

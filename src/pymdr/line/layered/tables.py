@@ -345,14 +345,7 @@ class Table:
         return bounds, np.array([self._at_bound(float(b))[column - DEPTH] for b in bounds])
 
     def refuse_falling(self, top: float) -> None:
-        """
-        Refuse an equivalent profile that decreases.
-
-        Raises
-        ------
-        ProblemError
-            If g falls somewhere up to `top` in m.
-        """
+        """Refuse an equivalent profile that decreases."""
         turning = () if self.equivalent.rises else self.equivalent.turning_points(top)
         if turning:
             raise ProblemError(

@@ -29,11 +29,6 @@ def solve_positive(matrix: FloatArray, right: FloatArray) -> FloatArray:
     ndarray
         Shape (n, m).
 
-    Raises
-    ------
-    numpy.linalg.LinAlgError
-        If the matrix is not positive definite.
-
     Examples
     --------
     >>> solve_positive(np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([[3.0], [3.0]])).ravel().round(14).tolist()

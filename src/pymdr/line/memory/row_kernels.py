@@ -465,7 +465,6 @@ def follow(
 
     Parameters
     ----------
-    run : Run
     course : ndarray, shape (3, m)
     start : ndarray
         Time, indentation, target and active springs before the first row; takes those after the last.
@@ -502,8 +501,6 @@ def divide(
 
     Parameters
     ----------
-    run, course, start, meet
-        As in :func:`follow`.
     states : tuple of ndarray
         Of the springs, three equal ones.
     rows : ndarray

@@ -70,7 +70,6 @@ def step(
     ----------
     line : tuple
         The springs of all contacts, the address of what meets an indentation, and whether they resist sudden steps without limit.
-    space : Workspace
     states : tuple of ndarray
         Springs, starts and rows of all contacts, now and before the last step.
     i : int

@@ -94,7 +94,6 @@ def follow_motion(system: System, step: float, rows: int, parts: int) -> Followe
 
     Parameters
     ----------
-    system : System
     step : float
         h in s.
     rows, parts : int

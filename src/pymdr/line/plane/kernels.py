@@ -413,8 +413,6 @@ def _run(
         Columns, filled.
     ahead : (3, n + 1)
         Memory for springs at constant depth.
-    slips : bool
-        Whether springs slip.
     """
     labels, places, depth, edge = line[0], line[1], pressed[0], pressed[1]
     before, at_x, at_y, work, slid = begin[0], begin[1], begin[2], begin[3], begin[4]

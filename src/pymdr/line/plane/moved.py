@@ -26,7 +26,6 @@ class PlaneContacts(OnNormal):
 
     Parameters
     ----------
-    law : PlaneLaw
     springs : Springs
         Up to the largest contact radius.
     normal : Moved

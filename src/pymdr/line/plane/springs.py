@@ -147,8 +147,6 @@ def follow_plane(
 
     Parameters
     ----------
-    law : PlaneLaw
-    springs : Springs
     depth, radius : ndarray, shape (m,), m
         Indentation and contact radius of every row.
     target : ndarray, shape (m, 2)

@@ -36,8 +36,6 @@ def step(
         What the contact remembers besides them.
     target : tuple of float
         Indentation and shift along x and y in m.
-    slips : bool
-        Whether springs slip.
 
     Returns
     -------

@@ -175,10 +175,6 @@ def follow_edge(
         Forces in N or travels in m; by default the indentations.
     compliance : float or None
         Of the machine in m/N, 0 for prescribed indentations; None for prescribed forces.
-
-    Returns
-    -------
-    rows, after
     """
     lines, residual, scales = ball.line(largest), ball.residual(largest), ball.scale(largest)
     within, pressed = ball.line_depth(d, largest), ball.contact_radius(d, largest)

@@ -52,11 +52,8 @@ class YieldingContacts(_Yielding):
 
     Parameters
     ----------
-    ball : Ball
     work : float
         Of adhesion in J/m^2, 0 without.
-    count : int
-        Number of contacts.
     """
 
     def __init__(self, ball: Ball, work: float, count: int) -> None:
@@ -149,15 +146,7 @@ class YieldingContacts(_Yielding):
 
 
 class GrowingContacts(_Yielding):
-    """
-    Contacts of a ball that yields, of a growing apparent radius.
-
-    Parameters
-    ----------
-    growing : GrowingBall
-    count : int
-        Number of contacts.
-    """
+    """Contacts of a ball that yields, of a growing apparent radius."""
 
     def __init__(self, growing: GrowingBall, count: int) -> None:
         self._growing = growing

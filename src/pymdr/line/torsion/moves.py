@@ -227,8 +227,6 @@ def turn(line: TwistedLine, state: TwistState, indentation: float, twist: float)
 
     Parameters
     ----------
-    line : TwistedLine
-    state : TwistState
     indentation, twist : float
         Targets in m and rad.
 

@@ -98,8 +98,6 @@ def march(
 
     Parameters
     ----------
-    wearing : Wearing
-        The contact.
     rows : ndarray
         Numbers of cycles, rising, at least 0.
     tolerance : float
@@ -108,11 +106,6 @@ def march(
         Called with the number of finished rows and all of them.
     blocks : ndarray, optional
         Ends of blocks to use, instead of those that the error chooses.
-
-    Raises
-    ------
-    ConvergenceError
-        If a block of the smallest size has no solution.
 
     Notes
     -----

@@ -191,8 +191,6 @@ def mesh_between(
     ----------
     stick, end : float
         c and the outermost node.
-    cells : int
-        Number of cells.
     gap, profile : callable
         g(x) and f(r) of the profile before wear, for arrays.
     kinks : tuple of float

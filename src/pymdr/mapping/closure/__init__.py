@@ -117,11 +117,6 @@ def closure_of(curve: ForceCurve) -> Closure:
     """
     The stiffness of a force curve, with its contact point, noise and errors.
 
-    Raises
-    ------
-    ProblemError
-        If no stiffness rising with the depth fits the points.
-
     Notes
     -----
     The errors are the largest of the differences to curves through every other point and of twice as many segments, the scatter

@@ -223,13 +223,8 @@ def gap_function(profile: profiles.Profile, equivalent: EquivalentProfile) -> Cu
 
     Parameters
     ----------
-    profile : Profile
     equivalent : EquivalentProfile
         Its image on the line.
-
-    Returns
-    -------
-    callable
     """
     parts = profile.parts if isinstance(profile, profiles.Sum) else (profile,)
     if all(not isinstance(part, profiles.Function) or part.f is not None for part in parts):
@@ -277,13 +272,8 @@ def without_callables(profile: profiles.Profile, top: float) -> profiles.Profile
 
     Parameters
     ----------
-    profile : Profile
     top : float
         Largest radius in m that is needed; all that is mapped is kept.
-
-    Returns
-    -------
-    Profile
     """
     if isinstance(profile, profiles.Sum):
         return profiles.Sum(tuple(without_callables(part, top) for part in profile.parts))

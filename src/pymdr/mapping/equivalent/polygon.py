@@ -159,7 +159,6 @@ def polygon_of(stiffness: Polyline, modulus: float) -> PolygonLine:
 
     Parameters
     ----------
-    stiffness : Polyline
     modulus : float
         E* in Pa of the bodies whose stiffness it is.
 

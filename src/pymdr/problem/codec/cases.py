@@ -61,11 +61,6 @@ def decode_case(plain: Mapping[str, Any]) -> tuple[str, Contact, LoadingPath]:
     contact : Contact
     path : LoadingPath
 
-    Raises
-    ------
-    CaseError
-        Names the table, the key, the value and the remedy.
-
     Examples
     --------
     >>> case = {"profile": {"kind": "sphere", "radius": "1 mm"}, "body": {"kind": "elastc"}, "path": []}
@@ -92,21 +87,6 @@ def decode_contact(plain: Mapping[str, Any]) -> tuple[str, Contact]:
     """
     The title and the contact of a case from plain dictionaries; the path is optional.
 
-    Parameters
-    ----------
-    plain : mapping
-        As for :func:`decode_case`.
-
-    Returns
-    -------
-    title : str
-    contact : Contact
-
-    Raises
-    ------
-    CaseError
-        Names the table, the key, the value and the remedy.
-
     Examples
     --------
     >>> case = {"profile": {"kind": "sphere", "radius": "1 mm"}, "body": {"kind": "elastic", "young": "1 GPa", "poisson": 0.3}}
@@ -126,11 +106,6 @@ def decode_rough(plain: Mapping[str, Any]) -> RoughCase:
     ----------
     plain : mapping
         With the tables ``surface``, ``body`` and optionally ``counterbody``, ``ball`` and ``title``.
-
-    Raises
-    ------
-    CaseError
-        Names the table, the key, the value and the remedy.
 
     Examples
     --------
@@ -160,11 +135,6 @@ def decode_press(plain: Mapping[str, Any]) -> PressCase:
     ----------
     plain : mapping
         With the tables ``surface``, ``body`` and optionally ``counterbody``, ``punch`` and ``title``.
-
-    Raises
-    ------
-    CaseError
-        Names the table, the key, the value and the remedy.
 
     Examples
     --------

@@ -34,14 +34,7 @@ if TYPE_CHECKING:
 
 
 def refuse_invalid(plain: Mapping[str, Any], adapter: TypeAdapter[Any]) -> None:
-    """
-    Refuse plain dictionaries that are not a valid case.
-
-    Raises
-    ------
-    CaseError
-        Names table, key, value and remedy.
-    """
+    """Refuse plain dictionaries that are not a valid case."""
     from pydantic import ValidationError
 
     try:

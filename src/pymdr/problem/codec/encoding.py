@@ -20,11 +20,6 @@ def encode(value: Any) -> Any:
     """
     A problem value as plain dictionaries, lists, numbers and texts.
 
-    Raises
-    ------
-    ProblemError
-        If the value holds a callable (results save its interpolant instead), or its class is not registered.
-
     Examples
     --------
     >>> from pymdr.problem.profiles import Sphere

@@ -40,11 +40,6 @@ def decode_machine(plain: Mapping[str, Any]) -> MachineCase:
     plain : mapping
         With the table ``machine`` and the tables of a contact.
 
-    Raises
-    ------
-    CaseError
-        Names the table, the key, the value and the remedy.
-
     Examples
     --------
     >>> contact = {"profile": {"kind": "sphere", "radius": "1 mm"}, "body": {"kind": "elastic", "young": "1 GPa", "poisson": 0.3}}

@@ -317,11 +317,6 @@ def curve(
         Samples in m.
     scatter : ndarray or None
         Standard deviations in m.
-
-    Raises
-    ------
-    ProblemError
-        If a coefficient of the cubics overflows.
     """
     from scipy import interpolate
 

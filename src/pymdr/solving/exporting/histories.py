@@ -51,21 +51,7 @@ class Remembered:
 
 
 def remembered(contact: Contact, deepest: float, tangential: bool, springs: int | None) -> Remembered:
-    """
-    What a contact remembers up to an indentation in m, except the touch of adhesion.
-
-    Parameters
-    ----------
-    tangential : bool
-        Whether the header has friction.
-    springs : int or None
-        Number of springs in the plane, or with memory.
-
-    Raises
-    ------
-    ProblemError
-        If the contact has no memory of this kind.
-    """
+    """What a contact remembers up to an indentation in m, except the touch of adhesion."""
     if contact.is_viscoelastic:
         return _relaxing(contact, deepest, SPRINGS if springs is None else springs, tangential)
     if springs is not None and not tangential:

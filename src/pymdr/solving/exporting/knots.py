@@ -73,11 +73,6 @@ def adapted(sample: Sample, marks: FloatArray, error: Error, tolerance: float) -
     error : callable
         Error of interpolated values (first) against exact ones, one number for each.
 
-    Raises
-    ------
-    ConvergenceError
-        If 20 000 knots are not enough.
-
     Examples
     --------
     >>> def sample(x):

@@ -154,14 +154,7 @@ def _depth(to: QuantityLike) -> float:
 
 
 def check_lawful(contact: Contact, tolerance: float) -> None:
-    """
-    Refuse contacts without a law of the depth alone, or without a radius.
-
-    Raises
-    ------
-    ProblemError
-        With the reason, or the limits of the tolerance.
-    """
+    """Refuse contacts without a law of the depth alone, or without a radius."""
     require_contact(contact, "export_law")
     if (
         isinstance(tolerance, bool)

@@ -80,14 +80,7 @@ def impacting(contact: Contact) -> Ball:
 
 
 def loading_to(ball: Ball, mass: float, speed: FloatArray) -> tuple[Potential, FloatArray]:
-    """
-    The work of loading over the indentation, and the largest indentations in m at some speeds in m/s.
-
-    Raises
-    ------
-    PathError
-        If the model ends before the ball comes to rest.
-    """
+    """The work of loading over the indentation, and the largest indentations in m at some speeds in m/s."""
     top = DEEPEST * ball.radius
 
     def at(d: FloatArray) -> Along:

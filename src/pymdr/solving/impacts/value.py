@@ -96,14 +96,7 @@ def read(
 
 
 def coefficient_of(contact: Contact, prefix: str) -> float:
-    """
-    The coefficient of friction, 0 without.
-
-    Raises
-    ------
-    ProblemError
-        If a body has memory and the coefficient is above 0, or a body is layered.
-    """
+    """The coefficient of friction, 0 without."""
     if contact.layered is not None:
         raise ProblemError(
             f"{prefix}: impacts on a Layered body are not available: the quasi-static force law ignores waves reflected by the base; "

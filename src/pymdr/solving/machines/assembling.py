@@ -48,14 +48,7 @@ def ordered(machine: Machine) -> tuple[list[Body], list[Drive]]:
 
 
 def map_contact(contact: Contact) -> Springs:
-    """
-    Step 1 of a contact of a machine.
-
-    Raises
-    ------
-    ProblemError
-        If the contact has adhesion, memory, layers, grading, plasticity or no slip, or is not a disk.
-    """
+    """Step 1 of a contact of a machine."""
     coefficient = coefficient_of(contact)
     for refused, why in (
         (contact.adhesion is not None, "adhesive contacts are not available; leave adhesion out"),
@@ -122,16 +115,7 @@ def joint_size(joint: Joint) -> float:
 
 
 def system_of(machine: Machine, mapped: dict[Contact, Springs], depths: dict[Contact, float]) -> System:
-    """
-    The equations of motion.
-
-    Raises
-    ------
-    PathError
-        If a profile ends before the indentation for which its curves are made.
-    RefusedError
-        If a contact is not a disk down to it.
-    """
+    """The equations of motion."""
     free, drives = ordered(machine)
     index = {body.name: i for i, body in enumerate([*free, *drives])}
     count, n = len(index), len(free)

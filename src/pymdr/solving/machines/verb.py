@@ -275,14 +275,7 @@ def move(machine: Machine, duration: QuantityLike, *, steps: int = 1000, accurac
 
 
 def checked_span(duration: QuantityLike, steps: int = 1000, accuracy: float = 1e-3) -> float:
-    """
-    The duration in s of a motion.
-
-    Raises
-    ------
-    ProblemError
-        If it, the number of rows or the accuracy is outside its limits.
-    """
+    """The duration in s of a motion."""
     span = to_si(duration, "s", name="duration")
     if not 0.0 < span < math.inf:
         raise ProblemError(f"move: duration = {shown(duration)}; it must be above 0 s and finite")

@@ -24,14 +24,7 @@ class Known(NamedTuple):
 
 
 def settings_of(known: Known, limits: tuple[float, float], who: str) -> Settings:
-    """
-    The known data, checked and in SI units.
-
-    Raises
-    ------
-    ProblemError
-        If an argument is outside its limits, or the frame compliance is given twice.
-    """
+    """The known data, checked and in SI units."""
     area, frame_compliance, tip, poisson, beta, epsilon = known
     check_factors(beta, epsilon, who)
     nu = None if poisson is None else to_si(poisson, "", name="poisson")

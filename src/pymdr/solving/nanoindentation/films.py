@@ -44,7 +44,6 @@ def reduced_moduli(radius: FloatArray, body: Layered, tip: float) -> FloatArray:
     ----------
     radius : ndarray
         Contact radii in m, above 0.
-    body : Layered
     tip : float
         1/E* of the half-space in 1/Pa.
 

@@ -80,15 +80,6 @@ def records_of(given: Records, who: str) -> tuple[Record, ...]:
     Parameters
     ----------
     given : MeasuredCurve, xarray.Dataset, mapping of str to array_like of quantity, a sequence of them, or CorrectedRecords
-    who : str
-        For messages.
-
-    Raises
-    ------
-    ProblemError
-        If there is none, or one has no depth and force, columns of different lengths, fewer than 8 rows, or times that do not rise.
-    UnitError
-        If an entry is not a finite number with its unit.
     """
     if isinstance(given, CorrectedRecords):
         return given.corrected
@@ -179,18 +170,10 @@ def attempted(
 
     Parameters
     ----------
-    records : sequence of Record
-    who : str
-        For messages.
     evaluate : callable
         Called with the number, the record and its label.
     errors : dict of int to ProblemError
         Records in it are left out; those that cannot be evaluated are added.
-
-    Raises
-    ------
-    ProblemError
-        The first error, if no record can be evaluated.
     """
     results = {}
     for number, (record, label) in enumerate(zip(records, labels_of(records, who), strict=True), 1):

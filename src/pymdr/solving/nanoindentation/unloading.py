@@ -72,18 +72,10 @@ def unloading_of(record: Record, frame: float, limits: tuple[float, float], who:
 
     Parameters
     ----------
-    record : Record
     frame : float
         Compliance in m/N for which its depths are corrected.
     limits : tuple of float
         Range of the fit by a power law, in parts of the largest force.
-    who : str
-        For messages.
-
-    Raises
-    ------
-    ProblemError
-        If no force is above 0, or fewer than 12 rows are in the range of the fit.
     """
     force = record.force
     depth = record.depth - frame * force

@@ -172,11 +172,6 @@ def bytes_of(
     engine : str or Engine, optional
     kept : bool, optional
         Whether results are also stored in a folder.
-
-    Returns
-    -------
-    float
-        Bytes.
     """
     pixels = float(shape[0]) * shape[1]
     return find_engine(engine).bytes_for(shape) * 1.25 + 8.0 * pixels * (_MAPS * loads + _WORKING + 2 * kept)
@@ -191,14 +186,7 @@ def pixels_of(surface: Topography | RoughSurface) -> tuple[int, int]:
 
 
 def patch_of(surface: Topography | RoughSurface, punch: bool = False) -> tuple[Topography, bool]:
-    """
-    The heights, and whether the body ends at their border.
-
-    Raises
-    ------
-    ProblemError
-        If it is not a surface, heights are missing, there are too few, or `punch` is not a bool.
-    """
+    """The heights, and whether the body ends at their border."""
     if not isinstance(punch, bool | np.bool_):
         raise ProblemError(
             f"{_PREFIX}: punch = {shown(punch)}; give True if the body ends at the border of the heights, else False"

@@ -135,8 +135,6 @@ def write_stress(result: Result, wanted: Mapping[str, Any], folder: Path, figure
     ----------
     wanted : mapping
         The table ``[stress]``.
-    figures : bool
-        Whether figures are wanted.
     """
     keys = dict(wanted)
     name, animate = keys.pop("measure", "von_mises"), keys.pop("animate", False)

@@ -148,16 +148,7 @@ def with_uncertainty(given: str) -> tuple[str, str | None]:
 
 @contextmanager
 def at_work(workers: int | None, cluster: str | None) -> Iterator[Any]:
-    """
-    The workers of a command: a number of cores, or the client of a cluster while it is connected.
-
-    Raises
-    ------
-    MissingExtraError
-        If dask is not installed.
-    ProblemError
-        If no scheduler answers.
-    """
+    """The workers of a command: a number of cores, or the client of a cluster while it is connected."""
     if cluster is None:
         yield workers
         return

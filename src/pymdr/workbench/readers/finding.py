@@ -50,14 +50,7 @@ def suffixes() -> tuple[str, ...]:
 
 
 def registered() -> tuple[ForceFormat, ...]:
-    """
-    The formats of other packages.
-
-    Raises
-    ------
-    ProblemError
-        If an entry point cannot be loaded or is no :class:`ForceFormat`.
-    """
+    """The formats of other packages."""
     formats = []
     for point in entry_points(group=GROUP):
         try:
@@ -95,14 +88,7 @@ def _offered(source: Path) -> ForceFormat | None:
 def records_of(
     source: Path, calibration: Calibration, leave_out_missing: bool
 ) -> tuple[list[ForceRecord], bool]:
-    """
-    The records of a file, and whether it is a table of a user, whose signs are not known.
-
-    Raises
-    ------
-    FileError, CaseError, ProblemError, MissingExtraError
-        As :func:`pymdr.read_curves`.
-    """
+    """The records of a file, and whether it is a table of a user, whose signs are not known."""
     suffix = source.suffix.lower()
     check_file(source)
     known = format_of(source)

@@ -81,16 +81,7 @@ class ForceFormat:
 
 
 def calibration_of(spring_constant: QuantityLike | None, sensitivity: QuantityLike | None) -> Calibration:
-    """
-    The calibration in SI units.
-
-    Raises
-    ------
-    ProblemError
-        If a value is not above 0.
-    UnitError
-        If a value has another unit.
-    """
+    """The calibration in SI units."""
     constant = None if spring_constant is None else to_si(spring_constant, "N/m", name="spring_constant")
     slope, slope_unit = (None, "m/V") if sensitivity is None else _sensitivity(sensitivity)
     for name, value, unit in (("spring_constant", constant, "N/m"), ("sensitivity", slope, slope_unit)):
@@ -137,11 +128,6 @@ def curves_of(
     Yields
     ------
     MeasuredCurve
-
-    Raises
-    ------
-    ProblemError, CaseError, FileError
-        As :func:`pymdr.read_curves`.
     """
     where = f"{source}, record {number}" if number else str(source)
     whole, numbers = _whole(where, record, calibration, leave_out_missing)
