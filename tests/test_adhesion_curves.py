@@ -21,6 +21,7 @@ from drawing import examples
 from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.line.adhesion import JKR as ShortRange
 from pymdr.line.adhesion import (
+    cohesive_zone,
     dmt_pull,
     energy_release_rate,
     jkr_force,
@@ -801,3 +802,19 @@ def test_a_zone_below_one_rounding_of_the_radius_is_that_of_jkr():
         if beyond == 0.0:
             rates = zip(narrow.slopes(narrow.ends[1] + a), sharp.slopes(a), strict=True)
             assert all(np.allclose(mine, theirs, rtol=1e-5, atol=0.0) for mine, theirs in rates)
+
+
+def test_zones_under_samples_take_few_evaluations(monkeypatch):
+    # widths that were found were left again for the middle of their bracket: 20 evaluations in place of 6
+    calls, whole = [], cohesive_zone.panel_integrals
+
+    def counted(*args, **options):
+        calls.append(1)
+        return whole(*args, **options)
+
+    r = np.linspace(0.0, 2.0, 401)
+    line = equivalent_profile(Sampled(r, 0.5 * r**2 + 1e-3 * np.sin(20.0 * r) ** 2))
+    curve = maugis_dugdale(line, 1.0, work=0.05, strength=0.2)
+    monkeypatch.setattr(cohesive_zone, "panel_integrals", counted)
+    curve.states(curve.contact + np.linspace(0.05, 0.6, 65))
+    assert len(calls) <= 10

@@ -40,6 +40,8 @@ _NARROW = 8.0 * float(np.finfo(float).eps)
 """Width of a zone, in parts of its inner radius, up to which g' is constant over it."""
 _FEW = 4
 """Breakpoints at which a rough quadrature splits a zone, at least."""
+_SETTLED = 1e-7
+"""Relative step at which the search for a width ends."""
 
 
 @cache
@@ -353,18 +355,21 @@ def _bracketed(
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             new = here * np.exp(np.log(target / value) * value / (here * rate))
         lo, hi = low[left], high[left]
+        settled = np.abs(new - here) <= _SETTLED * here
         outside = ~((new > lo) & (new < hi))
         # the rate of a rough residual is inexact, so every fourth step bisects
         outside |= (turn % 4 == 3) & (lo > 0.0) & np.isfinite(hi)
         with np.errstate(invalid="ignore"):
             middle = np.where(lo > 0.0, np.where(np.isfinite(hi), np.sqrt(lo * hi), 2.0 * lo), hi / 64.0)
+        # a step of rounding size may end on the bracket
+        outside &= ~settled
         new[outside] = middle[outside]
         step = np.maximum(front[left], _STEP * (fixed[left] + here)) - fixed[left]
         new = np.minimum(new, np.minimum(step, upper[left]))
         beyond = ~above & (here >= upper[left])
         x[left] = new
         open_ = np.isinf(hi) | (hi - lo > 1e-9 * hi)
-        left = left[(np.abs(new - here) > 1e-7 * here) & ~beyond & open_]
+        left = left[(np.abs(new - here) > _SETTLED * here) & ~beyond & open_]
     raise ConvergenceError(
         f"the gap at the edge of the cohesive zone does not reach its range (last width "
         f"{metres(x[left[0]])}); declare the kinks of the profile as breakpoints"
