@@ -144,7 +144,7 @@ def test_the_table_is_the_sudden_indentation():
     [
         ({}, {"springs": 4}, "from 8 to 4096"),
         ({"adhesion": mdr.MaugisDugdale(0.1, range="1 um")}, {}, "with adhesion is not in headers"),
-        ({"body": mdr.Viscoelastic(mdr.PowerLawRheology("1 MPa", "1 s", 0.2), 0.5)}, {}, "no sum of exponentials"),
+        ({"body": mdr.Viscoelastic(mdr.PowerLawRheology("1 MPa", "1 s", 0.2), 0.5)}, {}, "no fixed relaxation times"),
     ],
 )  # fmt: skip
 def test_refusals(contact, options, words):

@@ -404,7 +404,7 @@ def test_tables_files_and_figures(tmp_path):
     assert len(figure.axes) == 4
     assert not faults(figure)
     assert "work of drives" in motion.summary()
-    with pytest.raises(mdr.QuantityError, match="known are contact"):
+    with pytest.raises(mdr.QuantityError, match="it has contact"):
         motion.spectrum("normal_force", "pad")
 
 
@@ -463,7 +463,7 @@ def test_the_springs_of_a_joint_in_motion(tmp_path):
         assert animation.n_frames == 3
     with pytest.raises(mdr.FileError, match="is a GIF"):
         motion.animate(tmp_path / "pad.png")
-    with pytest.raises(mdr.QuantityError, match="known are contact"):
+    with pytest.raises(mdr.QuantityError, match="the joints are contact"):
         motion.animate(tmp_path / "pad.gif", joint="pad")
     with pytest.raises(mdr.QuantityError):
         motion.animate(tmp_path / "pad.gif", rows=[51])

@@ -262,7 +262,7 @@ def test_claims_state_the_error_of_the_springs():
         ),
         (
             mdr.Contact(mdr.Sphere(1.0), mdr.Viscoelastic(mdr.PowerLawRheology("1 MPa", "1 s", 0.2), 0.5)),
-            "no sum of exponentials",
+            "no fixed relaxation times",
         ),
     ],
 )

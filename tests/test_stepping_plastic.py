@@ -85,6 +85,6 @@ def test_adhesive_balls_part_with_a_jump():
 def test_a_ball_ends_where_its_model_ends():
     with pytest.raises(mdr.PathError, match="the model of a body that yields ends at 900 mm"):
         mdr.Stepper(ball(1.0), 0.95)
-    with pytest.raises(mdr.ProblemError, match="springs are those of"):
+    with pytest.raises(mdr.ProblemError, match="springs= is for"):
         mdr.Stepper(ball(1.0), 0.1, springs=32)
     assert math.isfinite(mdr.Stepper(ball(1.0), 0.9).advance(0.9).normal)

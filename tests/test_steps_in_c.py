@@ -101,7 +101,7 @@ def test_balls_that_yield_in_c_are_those_of_the_stepper(case, compiler, tmp_path
     ],
 )
 def test_steps_that_are_not_in_headers(contact):
-    with pytest.raises(mdr.ProblemError, match="the step is not in headers"):
+    with pytest.raises(mdr.ProblemError, match="no header has this step"):
         mdr.Stepper(contact, DEEPEST).c_header()
     with pytest.raises(mdr.ProblemError, match="not usable as a C identifier"):
         mdr.Stepper(GEL, DEEPEST).c_header("float")

@@ -66,12 +66,12 @@ def planar_claims(
         ("the dissipated energy", "dissipated_energy", columns["dissipated_energy"], "the largest"),
         ("the stick radius", "stick_radius", columns["contact_radius"], "the largest contact radius"),
     )
-    shares = [
+    changes = [
         f"{what} by {_largest(missed[name]) / max(_largest(size), 1e-300):.1e} of {of}"
         for what, name, size, of in sizes
         if name != prescribed
     ]
-    reason = f"springs whose forces are vectors replace tractions whose direction varies over the contact. {_MEASURED}; half as many springs change at most {', '.join(shares)}"
+    reason = f"springs whose forces are vectors replace tractions whose direction varies over the contact. {_MEASURED}; half as many springs change at most {', '.join(changes)}"
     with np.errstate(divide="ignore", invalid="ignore"):
         error = np.fmin((slips * carried + missed["tangential_force"]) / force, 1.0)
     error[force == 0.0] = 0.0

@@ -128,8 +128,8 @@ def times_of(stretch: Stretch) -> FloatArray:
         )
     if stretch.time[0] < stretch.begin:
         raise PathError(
-            f"Path.time begins at {stretch.time[0]:g} s, but a history with memory begins at {stretch.begin:g} s: count times from where "
-            "the bodies touch, or from before"
+            f"Path.time begins at {stretch.time[0]:g} s, but a history with memory begins at {stretch.begin:g} s: count times from "
+            "first touch, or from an earlier instant"
         )
     return stretch.time
 
@@ -150,7 +150,7 @@ def refuse_rigid(relaxation: Relaxation, verb: str = "solve") -> None:
     """Refuse bodies with a parallel dashpot, in the name of a verb."""
     if math.isinf(relaxation.glassy):
         raise ProblemError(
-            f"{verb}: adhesion of a viscoelastic body needs an instantaneous modulus, but this body is rigid at once; use StandardSolid, or Prony"
+            f"{verb}: adhesion of a viscoelastic body needs an instantaneous modulus, but a sudden indentation of this body needs an infinite force; use StandardSolid, or Prony"
         )
 
 

@@ -92,7 +92,7 @@ def _refuse_unknown(contact: Contact) -> None:
     for refused, why in (
         (
             bool(powers_of(contact)),
-            "a power of time is no sum of exponentials without known times; give Prony, fitted over the times of the motion",
+            "PowerLawRheology has no fixed relaxation times; give a Prony series fitted over the times of the motion",
         ),
         (
             contact.layered is not None and contact.adhesion is None and not contact.is_viscoelastic,
@@ -125,8 +125,8 @@ def _stacks(contact: Contact, deepest: float, count: int) -> Moving:
 def _in_plane(contact: Contact, deepest: float, count: int, springs: int) -> Moving:
     if contact.friction is None or contact.adhesion is not None:
         raise ProblemError(
-            "Stepper: springs are those of friction in the plane or of bodies with memory; give Contact(..., friction=Coulomb(0.3)), or leave "
-            "springs out"
+            "Stepper: springs= is for friction in the plane and for bodies with memory; leave it out, or give "
+            "Contact(..., friction=Coulomb(0.3))"
         )
     normal, mapped = (
         _stacks(replace(contact, friction=None), deepest, count).contacts,

@@ -303,7 +303,7 @@ def _approach(contact: Contact, speed: float, stiffness: float, quantity: str, t
     row = int(reached[0])
     if row == 0:
         raise ProblemError(
-            f"pull_off: {quantity.replace('_', ' ')} = {target:g} is that at first touch; give a larger value"
+            f"pull_off: {quantity.replace('_', ' ')} = {target:g} is that of first touch; give a larger value"
         )
     first = max(row - 4, 0)
     part = slice(first, row + 4)

@@ -81,7 +81,7 @@ class RoughContact(Study):
         ]
         if "crossover_force" in attrs:
             return [*lines, f"below {newtons(attrs['crossover_force'])} roughness softens the ball"]
-        return [*lines, f"full contact has {written(attrs['full_contact_stiffness'], 'N/m')}"]
+        return [*lines, f"the stiffness of full contact is {written(attrs['full_contact_stiffness'], 'N/m')}"]
 
     def _figure(self) -> mpl.figure.Figure:
         """Stiffness against force with its band, the closed form and full contact; springs in contact; the spectrum."""

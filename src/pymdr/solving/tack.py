@@ -41,7 +41,7 @@ _JUMPS = {
 }
 """Numbers of the jumps out of contact and into it, and their columns; the law of a small zone has neither jump."""
 _WITHOUT_JUMPS = (
-    "in the law of a small zone the contact grows from nothing and its edge recedes at a finite speed until it is lost: it has no jump; "
+    "the law of a small zone has no jump: the contact grows from nothing, and its edge recedes at a finite speed until the contact is lost; "
     "use MaugisDugdale(work, range=...)"
 )
 

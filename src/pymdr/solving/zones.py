@@ -108,9 +108,8 @@ def short_springs(contact: Contact, relaxation: Relaxation, verb: str = "solve")
     refuse_rigid(relaxation, verb)
     if relaxation.rubbery == 0.0:
         raise ProblemError(
-            f"{verb}: JKR(work, range=...) moves the edge by the energy release rate of the relaxed body (Schapery 1975), on springs that share one "
-            "history because they relax before the edge reaches them; a body that flows at rest has neither. Use MaugisDugdale(work, range=...), which "
-            "follows it"
+            f"{verb}: JKR(work, range=...) needs a body that relaxes to a finite modulus: the energy release rate of the relaxed body moves the edge "
+            "(Schapery 1975). This body flows at rest; use MaugisDugdale(work, range=...)"
         )
     law = contact.adhesion
     assert law is not None

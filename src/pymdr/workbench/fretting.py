@@ -66,9 +66,9 @@ class FrettingLog(Study):
 
     def _remarks(self) -> list[str]:
         regimes, counts = np.unique(self.data["regime"].values, return_counts=True)
-        shares = ", ".join(f"{kind} {count}" for kind, count in zip(regimes, counts, strict=True))
+        counted = ", ".join(f"{kind} {count}" for kind, count in zip(regimes, counts, strict=True))
         lines = [
-            f"cycles by regime: {shares}; the limit of gross slip is W/(4 F u) = {self.data.attrs['limit']:.3g}"
+            f"cycles by regime: {counted}; the limit of gross slip is W/(4 F u) = {self.data.attrs['limit']:.3g}"
         ]
         if "wear_coefficient" in self.data.attrs:
             rate = written(float(self.data.attrs["wear_coefficient"]) * 1e9, "mm^3/J")

@@ -18,6 +18,8 @@ from pymdr.units import FloatArray, QuantityLike, metres, shown, to_si, written
 
 _PAIRS = (("shift", "tangential_force"), ("indentation", "normal_force"), ("travel", "normal_force"))
 """Displacements and the forces that work on them."""
+_OF_LOOPS = 5
+"""Number of the columns that every loop has; the others need a contact."""
 _CLOSED = 0.05
 """Distance between the ends of a cycle, relative to its first swing, up to which its loop counts as closed."""
 
@@ -57,7 +59,8 @@ class MeasuredLoops(Study):
             ][1:]
             known = [(column, values[~np.isnan(values)]) for column, values in columns]
             means = [f"{c.label} {written(float(v.mean()), c.unit)}" for c, v in known if v.size]
-            lines.append(f"means of the cycles: {', '.join(means)}")
+            lines.append(f"means of the cycles: {', '.join(means[:_OF_LOOPS])}")
+            lines += [f"means of the contact: {', '.join(means[_OF_LOOPS:])}"] * (len(means) > _OF_LOOPS)
         return lines
 
 

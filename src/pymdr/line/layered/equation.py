@@ -102,9 +102,9 @@ class Outline:
         distance = np.where(adjacent & (mark > 0.0), float(self.place.offset[0]), stop - mark)
         tip = start == 0.0
         x, weight = _unit_tip()
-        offsets, shares = _stretches(start - mark, distance, mark > 0.0)
+        offsets, weights = _stretches(start - mark, distance, mark > 0.0)
         parts = [
-            (stop[i] * x, stop[i] * weight) if tip[i] else (offsets[i], shares[i]) for i in range(tip.size)
+            (stop[i] * x, stop[i] * weight) if tip[i] else (offsets[i], weights[i]) for i in range(tip.size)
         ]
         sizes = np.where(tip, x.size, offsets.shape[1])
         place = Place(np.repeat(mark, sizes), np.concatenate([part[0] for part in parts]))

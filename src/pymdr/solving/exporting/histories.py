@@ -56,7 +56,7 @@ def remembered(contact: Contact, deepest: float, tangential: bool, springs: int 
         return _relaxing(contact, deepest, SPRINGS if springs is None else springs, tangential)
     if springs is not None and not tangential:
         raise ProblemError(
-            "export_law: springs are those of bodies with memory or of friction in the plane; give tangential=True too"
+            "export_law: springs= is for bodies with memory and for friction in the plane; give tangential=True with it, or leave it out"
         )
     if contact.adhesion is not None and contact.adhesion.has_hysteresis and not tangential:
         return _resting(contact, deepest)
@@ -186,7 +186,7 @@ def _resting(contact: Contact, deepest: float) -> Remembered:
         replace(contact, adhesion=JKR(works.advancing)),
         history,
         {"dissipated_energy": claims["dissipated_energy"]},
-        f"the table is of an edge that advances, at {works.advancing:.6g} J/m^2; the header follows the edge, which recedes at "
+        f"the table follows an edge that advances, at {works.advancing:.6g} J/m^2; the header follows the edge, which recedes at "
         f"{works.receding:.6g} J/m^2 and rests in between",
     )
 

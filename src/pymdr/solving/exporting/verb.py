@@ -175,7 +175,7 @@ def check_lawful(contact: Contact, tolerance: float) -> None:
         ),
         (
             bool(powers_of(contact)),
-            "a power of time is no sum of exponentials without known times; give Prony, fitted over the times of the motion",
+            "PowerLawRheology has no fixed relaxation times; give a Prony series fitted over the times of the motion",
         ),
         (
             contact.is_cohesive,

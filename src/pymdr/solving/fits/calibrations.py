@@ -122,7 +122,7 @@ def with_uncertainty(
         raise ProblemError("uncertainty= is for force curves; records of friction have none")
     rates = search.rates(best)
     own = rates * estimate.errors
-    shares = {RECORD: dict(zip(search.names, own.tolist(), strict=True))}
+    contributions = {RECORD: dict(zip(search.names, own.tolist(), strict=True))}
     squares = np.zeros(best.size)
     for name, given in uncertainty.items():
         ends = [_moved(search, best, name, given, side) for side in (1.0, -1.0)]
@@ -132,13 +132,13 @@ def with_uncertainty(
             refuse_beyond_limits(name, given)
         # at a limit, such as Poisson's ratio 0.5, only one side exists
         moved = 0.5 * (known[0] - known[1]) if len(known) == 2 else known[0]
-        shares[name] = dict(zip(search.names, np.abs(moved).tolist(), strict=True))
+        contributions[name] = dict(zip(search.names, np.abs(moved).tolist(), strict=True))
         squares += (moved / rates) ** 2
     total = np.sqrt(estimate.errors**2 + squares)
     with np.errstate(invalid="ignore", divide="ignore"):  # a record without noise, and unknowns at a bound
         half = half_width(estimate.errors, estimate.width, squares)
         width = np.where(total > 0.0, half / total, estimate.width)
-    return with_intervals(search, best, total, width), shares
+    return with_intervals(search, best, total, width), contributions
 
 
 def _moved(

@@ -64,7 +64,7 @@ class LawComparison(Answer):
         if one_name(name) in self.refusals:
             raise QuantityError(f"{name} could not be fitted: {self.refusals[name]}")
         if name not in self.fits:
-            raise QuantityError(f"no law {shown(name)}; compared are {', '.join(self.fits)}")
+            raise QuantityError(f"no law {shown(name)}; the laws are {', '.join(self.fits)}")
         return self.fits[name]
 
     def __iter__(self) -> Iterator[str]:

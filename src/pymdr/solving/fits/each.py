@@ -246,13 +246,13 @@ def _study(
     for name in names:
         values = [fits[c][name].value for c in good]
         if values and min(values) > 0.0:
-            shares = [_common(fits[c], fits[c][name]) for c in good]
+            uncertainties = [_common(fits[c], fits[c][name]) for c in good]
             statistics[name] = summarize_groups(
                 values,
                 [groups[c] for c in good],
                 unit=fits[good[0]][name].unit,
                 name=name,
-                common=float(np.median(shares)),
+                common=float(np.median(uncertainties)),
             )
     judged = [fits[c] for c in good] or list(fits.values())
     deepest = max(judged, key=lambda one: float(one.data["indentation"].max()))

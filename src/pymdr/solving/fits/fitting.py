@@ -200,9 +200,9 @@ def _interpreted(estimate: Estimate, uncertainty: Mapping[str, QuantityLike] | N
     if systematic.any():
         estimate = estimate._replace(errors=estimate.errors + systematic / estimate.width)
         values = with_intervals(search, estimate.best, estimate.errors, estimate.width)
-    shares: dict[str, dict[str, float]] = {}
+    contributions: dict[str, dict[str, float]] = {}
     if uncertainty is not None:
-        values, shares = with_uncertainty(estimate, uncertainty)
+        values, contributions = with_uncertainty(estimate, uncertainty)
     left_out = sum(int((~part).sum()) for part in search.used)
     why = "marked in the record" if search.shears else "adjacent to jumps"
     notes: tuple[str, ...] = (f"{left_out} samples {why} are left out",) if left_out else ()
@@ -217,7 +217,7 @@ def _interpreted(estimate: Estimate, uncertainty: Mapping[str, QuantityLike] | N
         if not is_felt
     )
     notes += correlation_notes(estimate)
-    notes += _contribution_notes(search, values, shares)
+    notes += _contribution_notes(search, values, contributions)
     if np.any(systematic > _NOTED * noise_errors):
         notes += ("the intervals include the error of the model, which is not small compared with the noise",)
     return FitResult(
@@ -229,7 +229,7 @@ def _interpreted(estimate: Estimate, uncertainty: Mapping[str, QuantityLike] | N
         waves=estimate.waves,
         correlated=estimate.correlated,
         widened=estimate.widened,
-        calibration=shares,
+        calibration=contributions,
         aicc=estimate.aicc,
         claims=result.claims,
         assumptions=result.assumptions,
@@ -241,14 +241,14 @@ def _interpreted(estimate: Estimate, uncertainty: Mapping[str, QuantityLike] | N
 
 
 def _contribution_notes(
-    search: Search, values: Mapping[str, Fitted], shares: Mapping[str, Mapping[str, float]]
+    search: Search, values: Mapping[str, Fitted], contributions: Mapping[str, Mapping[str, float]]
 ) -> tuple[str, ...]:
     """Notes on the sources of the standard error of each unknown of the contact."""
     notes = []
-    for one in (values[u.name] for u in search.unknowns if shares and u.name in values):
+    for one in (values[u.name] for u in search.unknowns if contributions and u.name in values):
         texts = [
             f"{100.0 * part[one.name] / abs(one.value):.2g} % from {source}"
-            for source, part in shares.items()
+            for source, part in contributions.items()
         ]
         notes.append(f"{SHARES} of {one.name}: {', '.join(texts)}")
     return tuple(notes)

@@ -158,11 +158,11 @@ def white_priors(white: FloatArray, expected: float = WHITE_PRIOR) -> FloatArray
     """
     if white.size == 1:
         return np.full(1, expected)
-    nodes, shares = np.polynomial.legendre.leggauss(_FRACTIONS)
+    nodes, nodal_weights = np.polynomial.legendre.leggauss(_FRACTIONS)
     fraction = 0.5 * (1.0 + nodes)
     own = np.log(np.outer(white, fraction) + np.outer(1.0 - white, 1.0 - fraction))
     # products of the records are polynomials of the fraction, whose integrals the rule gives to rounding
-    others = own.sum(axis=0) - own + (1.0 / expected - 2.0) * np.log1p(-fraction) + np.log(shares)
+    others = own.sum(axis=0) - own + (1.0 / expected - 2.0) * np.log1p(-fraction) + np.log(nodal_weights)
     weights = np.exp(others - others.max(axis=1, keepdims=True))
     return np.asarray(weights @ fraction / weights.sum(axis=1))
 

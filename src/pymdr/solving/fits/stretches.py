@@ -239,7 +239,7 @@ def _fit_one_by_one(
             search = search_of(request.contact, curve, request.free, request.known)
             result = estimated_within(search, request.limits)[0] if request.limits else estimated(search)
             assumed = _assumed(result)
-            shares = with_uncertainty(result, request.uncertainty)[1] if request.uncertainty else {}
+            contributions = with_uncertainty(result, request.uncertainty)[1] if request.uncertainty else {}
         except ConvergenceError:
             out["ending"][i] = UNSETTLED
         except FewSamplesError as error:
@@ -254,7 +254,7 @@ def _fit_one_by_one(
                 if request.uncertainty:
                     out[f"{name}{WIDTH}"][i] = result.width[result.search.names.index(name)]
                 for source in request.uncertainty:
-                    squares[name][i] += shares[source][name] ** 2
+                    squares[name][i] += contributions[source][name] ** 2
             out["noise"][i], out["correlated"][i] = result.noise, result.correlated
             out[WAVES][i], out[OF_LIMIT][i] = result.waves, _of_limit(assumed)
             out["indentation"][i] = result.deepest

@@ -90,7 +90,7 @@ def _undetermined(result: FitResult) -> tuple[str, ...]:
             )
         elif not one.is_at_bound and one.high > _WIDE * one.low:
             notes.append(
-                f"{one.name} is hardly determined: its 95 % interval spans a factor of {one.high / one.low:.2g}, over which the misfit is no parabola, "
+                f"{one.name} is hardly determined: its 95 % interval spans a factor of {one.high / one.low:.2g}, over which the misfit is not parabolic, "
                 "and the true value may be beyond its ends; fix it, or add records that show it"
             )
     return tuple(notes)
@@ -107,8 +107,8 @@ def _unexplained_pull(result: FitResult) -> tuple[str, ...]:
     if pull <= max(_PULLS * noise, _SMALL * float(np.ptp(force))):
         return ()
     return (
-        f"the record pulls with up to {written(pull, 'N', 3)}, below the fitted baseline, and the contact has no adhesion: "
-        "add one, such as JKR(work), or fit the approach alone",
+        f"the force falls to {written(pull, 'N', 3)} below the fitted baseline, but the contact has no adhesion: "
+        "add a law, such as JKR(work), or fit the approach alone",
     )
 
 

@@ -22,7 +22,7 @@ QUASI_STATIC = (
     "the bodies pass through states of equilibrium: the contact time is assumed to be much longer than waves need to "
     "cross the bodies, and gravity is neglected"
 )
-NOT_MEASURED = "the time that waves need to cross the bodies is not checked against the contact time: bodies have no density here"
+NOT_MEASURED = "the contact time is not compared with the time of waves through the bodies, because bodies have no density"
 TANGENTIAL = ("tangential_speed", "spin", "contact_point_speed", "tangential_restitution")
 NORMAL = ("restitution", "contact_time", "rebound_speed", "energy_lost", "sticking_speed")
 LARGEST = {

@@ -247,7 +247,7 @@ def _notes(target: Target, motion: Motion) -> tuple[str, ...]:
     if target.span is not None:
         first, last = (written(t, "s") for t in target.span)
         notes.append(
-            f"the power of time is {target.relaxation.moduli.size} exponentials from {first} to {last}, with an error of at most "
+            f"the power law of time is a sum of {target.relaxation.moduli.size} exponentials from {first} to {last}, with an error of at most "
             f"{target.relaxation.error:.1g}; faster relaxation keeps its impulse"
         )
     if motion.rests:

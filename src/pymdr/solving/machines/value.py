@@ -90,7 +90,7 @@ class Motion(Study):
         along = next((dim for dim in array.dims if dim != "step"), None)
         if along is None or of not in array[along].values:
             known = ", ".join(map(str, self.data[along].values)) if along else "none"
-            raise QuantityError(f"spectrum: {shown(name)} has no {shown(of)}; known are {known}")
+            raise QuantityError(f"spectrum: {shown(name)} has no {shown(of)}; it has {known}")
         time = self.data["time"].values
         frequency, amplitude = amplitude_spectrum(
             array.sel({along: of}).values[:-1], float(time[1] - time[0])
@@ -135,7 +135,7 @@ class Motion(Study):
         name = next(iter(joints), None) if joint is None else joint
         if name not in joints:
             raise QuantityError(
-                f"animate: there is no joint {shown(joint)}; known are {', '.join(joints) or 'none'}"
+                f"animate: there is no joint {shown(joint)}; the joints are {', '.join(joints) or 'none'}"
             )
         count = self.data.sizes["step"]
         taken = np.linspace(0, count - 1, min(_FRAMES, count)).round().astype(int).tolist()

@@ -23,7 +23,7 @@ from pymdr.solving.stepping import Stepper
 from pymdr.solving.study import dataset
 from pymdr.units import FloatArray, QuantityLike, metres, shown, to_si, written
 
-QUASI_STATIC = "contacts pass through states of equilibrium: times are assumed to be above a few transits of waves through the contact"
+QUASI_STATIC = "contacts are assumed to be in equilibrium: all times must exceed a few transits of waves through the contact"
 _JOINTS = ("indentation", "shift", "normal_force", "tangential_force", "contact_radius", "stick_radius")
 _FRICTION = ("shift", "tangential_force", "stick_radius", "stored_tangential_energy", "dissipated_energy")
 _SOURCES = ("gonzalez", "popov-hess")
@@ -192,8 +192,8 @@ def _notes(system: System, run: Run) -> tuple[str, ...]:
     if rate == 0.0:
         return ()
     return (
-        f"the shortest period is {written(2.0 * math.pi / rate, 's', 3)}: waves are assumed to cross the widest contact, 2a = {metres(width)}, in "
-        "much less; bodies have no density here",
+        f"the shortest period is {written(2.0 * math.pi / rate, 's', 3)}; waves must cross the widest contact, 2a = {metres(width)}, in a much "
+        "shorter time, which is not checked because bodies have no density",
     )
 
 

@@ -349,7 +349,7 @@ def _study(data: _Data, fit: _Fit, body: Callable[[float], Layered], height: flo
     notes = []
     if fit.scatter > _SCATTER:
         notes.append(
-            f"the points differ from one film modulus by {written(fit.scatter, '')} times their noise; the interval is widened: pile-up, plastic flow in film or "
+            f"the points scatter about one film modulus by {written(fit.scatter, '')} times their noise, and the interval is widened; possible causes: pile-up, plastic flow in film or "
             "substrate, another thickness, or a modulus that varies with depth"
         )
     return FilmModulus(
