@@ -12,6 +12,8 @@ import sys
 import tempfile
 from collections.abc import Iterator
 
+from benchmarks.timing import Ratio
+
 REPEATS = 3
 _RUBBER = """
 rubber = mdr.Viscoelastic(mdr.StandardSolid("1 MPa", "3 MPa", "1 ms"), poisson=0.5)
@@ -103,18 +105,19 @@ def cpu(code: str, folder: str) -> float:
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
-def measured(name: str, repeats: int = REPEATS) -> str:
-    """Medians of first and of later uses, and the difference."""
+def measured(name: str, repeats: int = REPEATS) -> Ratio:
+    """Medians of first and of later uses; the note has the difference."""
     first, later = [], []
     for _ in range(repeats):
         with tempfile.TemporaryDirectory() as folder:
             first.append(cpu(USES[name], folder))
             later.append(cpu(USES[name], folder))
     cold, warm = statistics.median(first), statistics.median(later)
-    return f"first use of {name}: {cold - warm:.1f} s of CPU beyond later ones ({cold:.1f} s, {warm:.1f} s); aim below 5 s"
+    note = f"{cold - warm:.1f} s beyond later ones"
+    return Ratio(f"first use of {name}", "a later use", cold, warm, "aim below 5 s beyond", note)
 
 
-def ratios() -> Iterator[str]:
+def ratios() -> Iterator[Ratio]:
     """All uses."""
     for name in USES:
         yield measured(name)

@@ -208,6 +208,16 @@ def test_no_result_lies_further_off_than_it_claims(accuracy, seed, count):
 
 
 @pytest.mark.long
+def test_shifts_in_the_plane_without_any_slip_are_compared_too(accuracy):
+    result = accuracy.study(527898749, 968, only=[967], effort=accuracy.QUICK, kinds=accuracy.KINDS)
+    assert not result.crashes, result.table()
+    assert not result.violations, result.table()
+    work = [v for v in result.outcomes[0].values if v.quantity == "dissipated_energy"]
+    assert len(work) == 7
+    assert all(v.value == 1.0 for v in work)
+
+
+@pytest.mark.long
 def test_profiles_that_go_on_from_a_slope_as_a_broken_power(accuracy, monkeypatch):
     """f' = c + (r - b)^p beside a breakpoint b, 0.2 < p < 3."""
     draw = accuracy.random_profiles.random_profile
