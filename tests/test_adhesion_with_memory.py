@@ -270,6 +270,35 @@ def to_and_fro(seed):
     return mdr.Contact(profile, mdr.Viscoelastic(series, poisson=0.5), adhesion=law), path, stiffness
 
 
+@pytest.mark.parametrize("seed", first_of(range(20), 0))
+def test_a_tolerance_is_met_by_the_claims_and_by_a_finer_solution(seed):
+    """Or a note states that it is not; no row then differs by more than its claim."""
+    adhesive, path, stiffness = to_and_fro(seed)
+    finest = mdr.solve(adhesive, path, machine_stiffness=stiffness, tolerance=1e-5)
+    for tolerance in (1e-2, 1e-3, 1e-4):
+        solved = mdr.solve(adhesive, path, machine_stiffness=stiffness, tolerance=tolerance)
+        for name in ("normal_force", "indentation"):
+            value, true, error = solved[name].values, finest[name].values, solved.claims[name].error
+            known, largest = error < 1.0, tolerance * np.abs(value).max()
+            claimed = np.abs(value) * error
+            missed = any("tolerance" in note for note in solved.notes)
+            assert missed or np.all(claimed[known] <= 1.0001 * largest)
+            assert np.all((np.abs(value - true) <= claimed + finest.claims[name].error * np.abs(true))[known])
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "body", "words"),
+    [
+        (1e-9, RUBBER, "tolerance = 1e-09; it must be a number from 1e-6 to 1e-2"),
+        ("1e-4", RUBBER, "it must be a number"),
+        (1e-4, mdr.Elastic(0.75, 0.5), "tolerance= is for MaugisDugdale or Capillary on bodies with memory"),
+    ],
+)
+def test_tolerances_that_are_refused(tolerance, body, words):
+    with pytest.raises(ProblemError, match=re.escape(words)):
+        mdr.solve(contact(2.0, body=body), mdr.indent(1.0, duration=1.0), tolerance=tolerance)
+
+
 @pytest.mark.parametrize("seed", first_of(range(50), 2))
 def test_claims_hold_beside_eight_times_shorter_steps(monkeypatch, seed):
     """Every column moves by less than its claim; external work near 0 by that of the largest energies so far."""

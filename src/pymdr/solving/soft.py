@@ -9,13 +9,22 @@ from functools import partial
 
 import numpy as np
 
-from pymdr.errors import PathError
+from pymdr.errors import ConvergenceError, PathError
 from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.adhesion import energy_assumption
 from pymdr.interpretation.soft import ZoneCheck, ZoneSurface, check_zone
 from pymdr.interpretation.validity import NORMAL_FIELDS, SOURCES, Claim, Level
 from pymdr.line.foundation import mean_pressure
-from pymdr.line.soft.springs import COARSE, FINE, ROUGH, ZoneLevel, ZoneLine, ZoneSetting, ZoneSprings
+from pymdr.line.soft.springs import (
+    COARSE,
+    FINE,
+    ROUGH,
+    ZoneLevel,
+    ZoneLine,
+    ZoneSetting,
+    ZoneSprings,
+    zone_level,
+)
 from pymdr.mapping.equivalent import equivalent_profile, gap_function
 from pymdr.mapping.relaxation import Relaxation
 from pymdr.problem.contact import Contact
@@ -50,6 +59,10 @@ _UNKNOWN_WHEN_TORN = (
     *NORMAL_FIELDS,
 )
 """Quantities that are not known after a dead load has separated the bodies."""
+_LARGEST_SPACING, _LEAST_SPACING = 4.0, 0.25
+"""First and last spacing of the nodes that a tolerance tries, over that of `FINE`."""
+_AIM, _ORDER = 0.6, 1.5
+"""Error over the tolerance for which the next spacing is chosen, and the order of convergence from singular instants on."""
 _CHECKED = 8
 """Rows in which the errors of fields are measured."""
 _BALANCED = 1e-3
@@ -84,19 +97,53 @@ class ZoneRows:
 
 
 def solve_soft(task: Task) -> Result:
-    """Map, walk and interpret."""
+    """Map, walk and interpret, with closer nodes and shorter steps until a tolerance is met."""
     refuse_tangential(
         task.path, "the contact is adhesive: adhesion with friction is not covered; leave the channel out"
     )
-    setting, levels, walked = _followed(task)
-    assert walked.time is not None
-    if not setting.relaxation.rubbery > 0.0 and memory.has_times_of_rows(task.path):
-        setting, levels, walked = _followed(task, walked.time)
-    watched = _watched(task)
+    setting = _setting(task)
+    if task.tolerance is None:
+        return _interpreted(task, *_followed(task, setting, (FINE, COARSE, ROUGH)))
+    spacing = _LARGEST_SPACING
+    while True:
+        reached = math.inf
+        try:
+            followed = _followed(task, setting, tuple(zone_level(n * spacing) for n in (1.0, 2.0, 4.0)))
+            reached = _error_reached(followed[-1].rows)
+        except ConvergenceError:
+            if spacing <= 1.0:
+                raise
+        if reached <= task.tolerance:
+            return _interpreted(task, *followed)
+        if spacing <= _LEAST_SPACING:
+            result = _interpreted(task, *followed)
+            missed = f"the tolerance {task.tolerance:g} is not met: an error of {reached:.2g} of the largest value remains"
+            return replace(result, notes=(*result.notes, missed))
+        refined = (_AIM * task.tolerance / reached) ** (1.0 / _ORDER)
+        spacing = max(spacing * min(max(refined, 0.25), 0.75), _LEAST_SPACING)
+
+
+def _interpreted(
+    task: Task, setting: ZoneSetting, levels: tuple[ZoneSprings, ...], walked: Walked[ZoneRows]
+) -> Result:
+    """The result, with the errors of fields in some rows."""
     surface = _surface(task, setting, walked.rows.fine, walked.starts)
-    fine, coarse, _ = (level.lines for level in levels)
-    check = check_zone(surface, watched, fine, coarse, setting.work / setting.strength)
+    # fields are computed at `FINE`
+    coarse = next(one for one in levels[1:] if one.spacing >= FINE.spacing)
+    range_ = setting.work / setting.strength
+    check = check_zone(surface, _watched(task), levels[0].lines, coarse.lines, range_)
     return solution(task, walked, _interpret(task, setting, walked, check))
+
+
+def _error_reached(rows: ZoneRows) -> float:
+    """Largest error of force and indentation over their largest values, but in rows beside jumps."""
+    known = ~(_parted_differently(rows) | _beside_jumps(rows))
+    reached = 0.0
+    for name, prescribed in _CONTROL.items():
+        value = np.abs(np.nan_to_num(rows.fine[name]))
+        off = value * np.where(known & (rows.control != prescribed), _error_of(rows, name), 0.0)
+        reached = max(reached, float(np.max(off)) / float(np.max(value) or 1.0))
+    return reached
 
 
 def _watched(task: Task) -> list[int]:
@@ -105,15 +152,19 @@ def _watched(task: Task) -> list[int]:
 
 
 def _followed(
-    task: Task, time: FloatArray | None = None
+    task: Task, setting: ZoneSetting, each: tuple[ZoneLevel, ...], time: FloatArray | None = None
 ) -> tuple[ZoneSetting, tuple[ZoneSprings, ...], Walked[ZoneRows]]:
     """The rows of all levels, with the times of rows of a former solution where only these tell the duration of the path."""
-    setting, watched = _setting(task, time), _watched(task)
+    watched = _watched(task)
     levels = tuple(
         ZoneSprings(replace(setting, relaxation=_relaxation(task, time, level)), level, watched)
-        for level in (FINE, COARSE, ROUGH)
+        for level in each
     )
-    return setting, levels, walk(task, levels, partial(_step, task.machine_stiffness))
+    walked = walk(task, levels, partial(_step, task.machine_stiffness))
+    assert walked.time is not None
+    if time is None and not setting.relaxation.rubbery > 0.0 and memory.has_times_of_rows(task.path):
+        return _followed(task, _setting(task, walked.time), each, walked.time)
+    return setting, levels, walked
 
 
 def zone_force(
@@ -332,13 +383,8 @@ def _interpret(
 def _errors(rows: ZoneRows, columns: dict[str, FloatArray], balance: FloatArray) -> dict[str, FloatArray]:
     """Relative errors from twice and four times the spacing and longer steps, 1 where only some of the levels are attached."""
     fine = rows.fine
-    free = [one["cohesive_radius"] == 0.0 for one in (fine, rows.coarse, rows.rough)]
-    differ = (free[0] != free[1]) | (free[0] != free[2])
-    # later rows do not inherit the difference of these
-    errors = {}
-    for name in _COMPARED:
-        difference = np.where(differ, 0.0, _difference(rows, name))
-        errors[name] = memory.error_of(fine[name], fine[name] + difference)
+    differ = _parted_differently(rows)
+    errors = {name: _error_of(rows, name) for name in _COMPARED}
     sizes = np.abs(columns["external_work"]) + np.abs(fine["elastic_energy"]) + np.abs(fine["surface_energy"])
     whole = np.maximum.accumulate(np.nan_to_num(sizes))
     # the balance of the energies, of which each has its own quadrature, and what a change of all of them leaves in balance
@@ -364,6 +410,19 @@ def _errors(rows: ZoneRows, columns: dict[str, FloatArray], balance: FloatArray)
     return {
         name: np.where(moved[name], 0.0, error) if name in moved else error for name, error in errors.items()
     }
+
+
+def _parted_differently(rows: ZoneRows) -> np.ndarray:
+    """Rows in which only some of the levels are attached."""
+    free, coarse, rough = (one["cohesive_radius"] == 0.0 for one in (rows.fine, rows.coarse, rows.rough))
+    return (free != coarse) | (free != rough)
+
+
+def _error_of(rows: ZoneRows, name: str) -> FloatArray:
+    """Relative errors of a column; later rows do not inherit the difference of those in which only some of the levels are attached."""
+    difference = np.where(_parted_differently(rows), 0.0, _difference(rows, name))
+    error: FloatArray = memory.error_of(rows.fine[name], rows.fine[name] + difference)
+    return error
 
 
 def _beside_jumps(rows: ZoneRows) -> np.ndarray:

@@ -29,6 +29,7 @@ def solve(
     machine_stiffness: QuantityLike | None = None,
     keep: int | ArrayLike | None = None,
     solver: Rings | None = None,
+    tolerance: float | None = None,
     progress: Progress | None = None,
 ) -> Result:
     """
@@ -47,6 +48,10 @@ def solve(
     solver : Rings, optional
         ``Rings(n=400)`` solves by boundary elements on rings instead of the MDR, including annular contacts
         and bodies with memory.
+    tolerance : float, optional
+        For `MaugisDugdale` and `Capillary` on bodies with memory: the error of the normal force over its largest value, or of the
+        indentation where the force is prescribed, that the claims are to show except beside jumps; from 1e-6 to 1e-2. By default
+        it is below about 1e-4.
     progress : callable, optional
         Called as ``progress(done, total)`` between legs, and within long legs with friction.
 
@@ -70,13 +75,15 @@ def solve(
     0.1
     """
     stiffness, kept = check_request(contact, path, machine_stiffness, keep)
+    check_tolerance(contact, tolerance, solver)
     solutions = 3 if solver is None and scatter_of(contact.profile) else 1
     parts = itertools.count()
 
     def solve_once(contact: Contact) -> Result:
         law = law_of(contact, solver, path)
         part_progress = _part_of(progress, next(parts), solutions)
-        return law.history(Task(contact, path, law.reading, stiffness, kept, part_progress, solver))
+        task = Task(contact, path, law.reading, stiffness, kept, part_progress, solver, tolerance)
+        return law.history(task)
 
     result = solve_once(contact)
     return with_bands(result, solve_once) if solutions > 1 else result
@@ -130,6 +137,18 @@ def check_request(
     if keep is None or isinstance(keep, int):
         refuse_beyond_memory(path, 1 if keep is None else max(keep, 1))
     return stiffness, kept_rows(keep, path)
+
+
+def check_tolerance(contact: Contact, tolerance: float | None, solver: Rings | None) -> None:
+    """Refuse a tolerance outside its limits, and one of contacts whose claims need none."""
+    if tolerance is None:
+        return
+    if isinstance(tolerance, bool) or not isinstance(tolerance, int | float) or not 1e-6 <= tolerance <= 1e-2:
+        raise ProblemError(f"solve: tolerance = {shown(tolerance)}; it must be a number from 1e-6 to 1e-2")
+    if solver is not None or not (contact.is_viscoelastic and contact.is_cohesive):
+        raise ProblemError(
+            "solve: tolerance= is for MaugisDugdale or Capillary on bodies with memory, without solver=; leave it out, the claims state the errors"
+        )
 
 
 def check_problem(contact: Contact, path: LoadingPath) -> None:

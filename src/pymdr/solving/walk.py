@@ -50,6 +50,8 @@ class Task:
     progress: Progress | None = None
     solver: Rings | None = None
     """Boundary elements, if they replace the method."""
+    tolerance: float | None = None
+    """Largest error of the force of a cohesive zone with memory; None for its usual resolution."""
 
 
 @dataclass(frozen=True)

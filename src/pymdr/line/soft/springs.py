@@ -36,7 +36,12 @@ class ZoneLevel(NamedTuple):
     """Largest number of the finest nodes."""
 
 
-FINE, COARSE, ROUGH = (ZoneLevel(n, 24.0 / n, 0.03 * n, 0.002 * n) for n in (1.0, 2.0, 4.0))
+def zone_level(spacing: float) -> ZoneLevel:
+    """The resolution of a spacing of the nodes over the finest of :data:`FINE`."""
+    return ZoneLevel(spacing, 48.0 / spacing, 0.03 * spacing, 0.002 * spacing)
+
+
+FINE, COARSE, ROUGH = map(zone_level, (1.0, 2.0, 4.0))
 """`ROUGH` is for guesses and errors: five times faster than `FINE`, with errors of the force of up to 1e-3 of the largest."""
 HASTY = ROUGH._replace(most=30_000)
 """For one of many guesses: short zones, which would take seconds, are refused."""
@@ -122,6 +127,7 @@ class ZoneSprings:
         from pymdr.line.soft import driver, kernels
 
         self.setting, relaxation = setting, setting.relaxation
+        self.spacing = level.spacing
         self._unit, self._firm = setting.widest, relaxation.glassy
         body = np.vstack(relaxation.modes)
         spacing = setting.spacing(level) / self._unit

@@ -151,7 +151,7 @@ def _known_keys(loc: list[Any], plain: Any) -> list[str]:
     if loc[-2:-1] == ["layers"]:
         return [f.name for f in fields(Layer)]
     if loc == ["solve"]:
-        return ["machine_stiffness", "keep", "solver"]
+        return ["machine_stiffness", "keep", "solver", "tolerance"]
     if len(loc) == 1 and loc[0] in OUTPUTS:
         return list(OUTPUTS[loc[0]][1])
     if loc == ["solve", "solver"]:

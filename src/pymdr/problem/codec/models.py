@@ -200,6 +200,9 @@ def _options_model() -> type[BaseModel]:
 
     stiffness = Field(None, description="stiffness of the loading machine, above 0 N/m")
     kept = Field(None, description="with friction: keep every k-th row", ge=1, strict=True)
+    tolerance = Field(
+        None, description="cohesive zone with memory: relative error of the force", ge=1e-6, le=1e-2
+    )
     rings_only: Any = Literal["rings"]
     rings: Any = create_model(
         "rings",
@@ -215,6 +218,7 @@ def _options_model() -> type[BaseModel]:
         machine_stiffness=(Union[int, float, str, None], stiffness),  # noqa: UP007
         keep=(int | None, kept),
         solver=(rings | None, Field(None, description="by default the method of dimensionality reduction")),
+        tolerance=(float | None, tolerance),
     )
 
 
