@@ -7,6 +7,7 @@ import textwrap
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pymdr.presentation.plot import shared as draw
 from pymdr.quantities import RADIUS
@@ -20,7 +21,7 @@ _ALONG = np.array([0.0, 0.12, 0.2, 0.33, 0.46, 0.59, 0.72, 0.8, 0.88, 1.0])
 
 def section(data: draw.FigureData) -> draw.Figure:
     """The contact in section with its pressure, above the equivalent line with its springs."""
-    with draw.new_figure(6.4, 5.6) as figure:
+    with draw.new_figure(6.4, 5.6, estimated=True) as figure:
         section_into(figure, data)
     return figure
 
@@ -217,10 +218,17 @@ def _draw_springs(
     size = max(abs(d), float(np.max(np.abs(head))), float(np.nanmax(np.abs(edge), initial=0.0))) or 1.0
     base, top = -2.2 * size, 1.2 * size
     half = 0.28 * (x[1] - x[0])
-    for xi, up in zip(x, head, strict=True):
-        colour = draw.GREEN if up < 0.0 else draw.ORANGE if up > 0.0 else _FREE
-        winding, along = xi + half * _ZIGZAG, base + (up - base) * _ALONG
-        axes.plot(draw.lengths(winding, x_unit), draw.lengths(along, z_unit), color=colour, lw=0.8)
+    ends = np.full(x.size, np.nan)
+    winding = np.column_stack([x[:, None] + half * _ZIGZAG, ends])
+    along = np.column_stack([base + (head[:, None] - base) * _ALONG, ends])
+    for colour, label, which in _kinds_of_springs(head):
+        axes.plot(
+            draw.lengths(winding[which].ravel(), x_unit),
+            draw.lengths(along[which].ravel(), z_unit),
+            color=colour,
+            lw=0.8,
+            label=label if data.equilibria is not None else None,
+        )
     shown = np.where(tip <= top, tip, np.nan)
     xs = draw.lengths(np.concatenate([-fine[::-1], fine]), x_unit)
     axes.plot(xs, _mirrored(draw.lengths(shown, z_unit)), color=draw.BLUE, lw=1.6)
@@ -232,8 +240,7 @@ def _draw_springs(
     axes.axhline(float(draw.lengths(np.array(base), z_unit)), color=draw.GREY, lw=2)
     axes.set_ylim(*draw.lengths(np.array([base - 0.15 * size, 1.05 * top]), z_unit))
     axes.set_ylabel(f"line $g(x) - d$ ({z_unit})")
-    if data.equilibria is not None:
-        _label_springs(axes, head)
+    draw.legend_above(axes)
 
 
 def _heads(data: draw.FigureData, x: FloatArray, a: float, d: float) -> FloatArray:
@@ -251,12 +258,11 @@ def _heads(data: draw.FigureData, x: FloatArray, a: float, d: float) -> FloatArr
     return inside - np.where(touching, 0.0, pulled / data.modulus)
 
 
-def _label_springs(axes: draw.Axes, head: FloatArray) -> None:
-    for colour, label, exists in (
-        (draw.GREEN, "pressed", (head < 0.0).any()),
-        (draw.ORANGE, "pulled", (head > 0.0).any()),
-        (_FREE, "free", (head == 0.0).any()),
-    ):
-        if exists:
-            axes.plot([], [], color=colour, lw=1.6, label=label)
-    draw.legend_above(axes)
+def _kinds_of_springs(head: FloatArray) -> list[tuple[str, str, NDArray[np.bool_]]]:
+    """Colour, label and springs of each kind that exists."""
+    kinds = [
+        (draw.GREEN, "pressed", head < 0.0),
+        (draw.ORANGE, "pulled", head > 0.0),
+        (_FREE, "free", head == 0.0),
+    ]
+    return [kind for kind in kinds if kind[2].any()]

@@ -51,6 +51,8 @@ STYLE: Any = {
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.titlesize": SMALL,
+    "figure.dpi": 150,  # of written figures
+    "font.family": "DejaVu Sans",  # a list of families is searched for each text
     "font.size": 9,
     "legend.fontsize": SMALL,
     "legend.columnspacing": 1.0,
@@ -130,14 +132,20 @@ class Plots:
 
 
 @contextmanager
-def new_figure(width: float, height: float, *, letters: bool = True) -> Iterator[Figure]:
-    """An empty figure of a size in inches, to be drawn in the style of all figures; letters for its panels come last."""
+def new_figure(
+    width: float, height: float, *, letters: bool = True, estimated: bool = False
+) -> Iterator[Figure]:
+    """
+    An empty figure of a size in inches, to be drawn in the style of all figures; letters for its panels come last.
+
+    Panels of one grid with numbers and legends above them may be placed by estimated lengths of their labels.
+    """
     import matplotlib as mpl
 
-    from pymdr.presentation.plot.drawing import Drawing
+    from pymdr.presentation.plot.drawing import Drawing, EstimatedLayout
 
     with mpl.rc_context(STYLE):
-        figure = Drawing(figsize=(width, height), layout="constrained")
+        figure = Drawing(figsize=(width, height), layout=EstimatedLayout() if estimated else "constrained")
         yield figure
         if letters:
             letter_panels(figure)

@@ -15,9 +15,6 @@ if TYPE_CHECKING:
     from pymdr.solving.study import Answer
     from pymdr.solving.sweep import Sweep
 
-_DPI = 150
-"""Resolution of written figures."""
-
 
 def folders_of(cases: Sequence[Path], output: Path | None) -> dict[Path, Path]:
     """A distinct output folder for every case."""
@@ -83,12 +80,11 @@ def write_figure(figure: Figure, file: Path) -> Path:
     """Write a figure atomically. Its layout is computed once: matplotlib computes it anew, and draws twice, while it has an engine."""
     from pymdr.presentation.files import write_atomically
 
-    figure.dpi = _DPI
     engine = figure.get_layout_engine()
     if engine is not None:
         engine.execute(figure)
         figure.set_layout_engine(None)
-    write_atomically(file, lambda temporary: figure.savefig(temporary, dpi=_DPI))
+    write_atomically(file, lambda temporary: figure.savefig(temporary, dpi=figure.dpi))
     return file
 
 
