@@ -604,6 +604,9 @@ def test_maugis_and_dugdale_find_their_own_record_from_any_start(factor):
     )
     assert fitted.noise < 1.2 * noise
     assert fitted["adhesion.work"].value == pytest.approx(0.2e-3, abs=5.0 * fitted["adhesion.work"].error)
+    assert abs(fitted.quality.baseline_rise) < 0.01, (
+        "the attraction before contact is not part of the baseline"
+    )
 
 
 @pytest.mark.parametrize("law", [mdr.JKR, mdr.DMT])

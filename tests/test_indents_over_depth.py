@@ -84,6 +84,15 @@ def test_pop_ins_are_detected_and_noise_makes_none():
         quiet["pop_in_force"]
 
 
+def test_the_load_of_a_pop_in_is_that_of_its_last_row():
+    # a jump spread over a gap of rows fits as well if the gap begins before it
+    study = mdr.first_pop_in([jumping(2e-9, 0.1e-9, seed) for seed in range(40)])
+    force, low, high = (study[f"pop_in_force{end}"].values for end in ("", "_low", "_high"))
+    assert np.count_nonzero((low < 0.4e-3) & (high > 0.4e-3)) >= 39
+    np.testing.assert_allclose(force, 0.4e-3, atol=0.25e-5)
+    assert np.median(high - low) < 1.5 * 0.25e-5
+
+
 def test_bad_records_are_refused():
     record = record_of_depth()
     with pytest.raises(mdr.ProblemError, match="harmonic"):

@@ -111,7 +111,9 @@ class Estimate(NamedTuple):
             one.position - own[CONTACT_POINT] for one, own in zip(self.search.measured, origins, strict=True)
         ]
         forces = [one.force for one in self.models]
-        return worst_quality(list(zip(places, forces, strict=True)), noises)
+        law = self.contact.adhesion
+        range_ = 0.0 if law is None else law.attraction_range or 0.0
+        return worst_quality(list(zip(places, forces, strict=True)), noises, range_)
 
 
 def search_of(contact: Contact, curve: MeasuredCurve, free: Free, known: Mapping[str, float]) -> Search:

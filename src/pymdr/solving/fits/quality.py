@@ -49,7 +49,9 @@ class Quality(NamedTuple):
         return listed
 
 
-def worst_quality(curves: Sequence[tuple[FloatArray, FloatArray]], noises: Sequence[float]) -> Quality:
+def worst_quality(
+    curves: Sequence[tuple[FloatArray, FloatArray]], noises: Sequence[float], range_: float = 0.0
+) -> Quality:
     """
     Each measure of the curve in which it is worst.
 
@@ -59,10 +61,12 @@ def worst_quality(curves: Sequence[tuple[FloatArray, FloatArray]], noises: Seque
         Travel or indentation in m beyond the contact point, and force in N above the baseline, less a fitted tilt, of each curve.
     noises : sequence of float
         Standard deviation of the residuals of each curve in N.
+    range_ : float
+        Distance in m before contact at which the bodies attract each other, where the baseline ends.
     """
     spans = [float(np.ptp(force)) for _, force in curves]
     rises = [
-        rise_along_baseline(place, force, 0.0) / span
+        rise_along_baseline(place, force, -range_) / span
         for (place, force), span in zip(curves, spans, strict=True)
     ]
     return Quality(

@@ -187,12 +187,14 @@ def _pressed(point: FloatArray, stretch: Stretch) -> IndexArray:
 
 def _judge(request: FitRequest, columns: Columns, stretch: Stretch) -> None:
     """Measures of quality of each curve: samples in contact, and residuals and rise of the baseline over the force range."""
-    known = request.known.get(CONTACT_POINT)
+    known, law = request.known.get(CONTACT_POINT), request.contact.adhesion
     point = columns[CONTACT_POINT] if known is None else np.full(len(stretch.place), known)
     with np.errstate(invalid="ignore", divide="ignore"):
         span = np.fmax.reduce(stretch.force, axis=1) - np.fmin.reduce(stretch.force, axis=1)
         columns[IN_CONTACT][:] = _pressed(point, stretch)
         columns[RESIDUAL][:] = columns["noise"] / span
+        if law is not None:
+            point = point - (law.attraction_range or 0.0)  # before contact, the end of the baseline
         columns[DRIFT][:] = _rises(stretch, point) / span
     if TILT in columns:  # a fitted tilt explains its rise
         middle = np.nan_to_num(point - np.fmin.reduce(stretch.place, axis=1))

@@ -32,6 +32,8 @@ _SLOPES = 9
 """Slopes before a jump, of which the median is taken."""
 _CONTACT, _ELASTIC = 4.0, 0.2
 _NORMAL = 1.959964
+_BETWEEN = 3.0
+"""Distance from a line in standard deviations from which on a row is within a jump."""
 _DRAWN = 6
 
 
@@ -41,7 +43,8 @@ class _Event(NamedTuple):
     row: int
     """Of the record, the last one before the jump."""
     force: float
-    force_half: float
+    force_low: float
+    force_high: float
     depth: float
     jump: float
     jump_half: float
@@ -138,7 +141,7 @@ def first_pop_in(
     Notes
     -----
     The largest shear stress below a sphere is 0.31 of Hertz's largest pressure for nu = 0.3 (Johnson 1985, section 4.2). The force of the last row before the
-    jump is the load; it is certain to half of the distance to the next row. A jump that spreads over more than 16 rows is not found.
+    jump is the load; it is certain to half of the distance to the next row, and to the rows that the noise allows. A jump that spreads over more than 16 rows is not found.
 
     References
     ----------
@@ -225,7 +228,7 @@ def _search(record: Record, significance: float, who: str) -> _Search:
             ),
             key=lambda one: one[0],
         )
-        return _Search(_event(best, row, h, f, start, noise), smallest)
+        return _Search(_event(best, row, (h, q, f), start, noise), smallest)
     return _Search(None, smallest)
 
 
@@ -238,6 +241,8 @@ class _Jumps(NamedTuple):
     deviation: FloatArray
     nearby: FloatArray
     """Median of the jumps around, without those of the windows at the row."""
+    slope: FloatArray
+    """s in m/N^(2/3)."""
 
     @property
     def ratio(self) -> FloatArray:
@@ -275,16 +280,15 @@ def _jumps(
     back = np.linspace(0.0, 3.0 * max(window, _WINDOWS[-2]), _SLOPES).astype(int)
     slope = np.maximum(np.median(ratios[np.maximum(before[:, None] - back, 0)], axis=1), 0.0)
     jumps = right_h[after] - left_h[before] - slope * (right_q[after] - left_q[before])
-    factor = math.sqrt(2.0 * float(ahead @ ahead))
-    sigma = factor * np.hypot(noise_h, slope * noise_q[places])
+    sigma = math.sqrt(_variance_of_jump(window, gap)) * np.hypot(noise_h, slope * noise_q[places])
     sigma = np.maximum(sigma, 1e-9 * float(np.ptp(h)))
     # correlated noise makes larger jumps than white noise
     spread = float(np.median(np.abs(jumps / sigma - np.median(jumps / sigma)))) / 0.6745
     sigma = sigma * max(1.0, spread)
-    jump, deviation, nearby = (np.full(n, math.nan) for _ in range(3))
-    jump[places], deviation[places] = jumps, sigma
+    jump, deviation, nearby, slopes = (np.full(n, math.nan) for _ in range(4))
+    jump[places], deviation[places], slopes[places] = jumps, sigma, slope
     nearby[places] = _nearby(np.abs(jumps), window + gap)
-    return _Jumps(window, gap, jump, deviation, nearby)
+    return _Jumps(window, gap, jump, deviation, nearby, slopes)
 
 
 def _nearby(values: FloatArray, inner: int) -> FloatArray:
@@ -298,33 +302,70 @@ def _nearby(values: FloatArray, inner: int) -> FloatArray:
         return np.asarray(np.nan_to_num(np.nanmedian(padded[at], axis=1)))
 
 
-def _event(table: _Jumps, row: int, h: FloatArray, f: FloatArray, start: int, noise: float) -> _Event:
+def _variance_of_jump(window: int, gap: int) -> float:
+    """Variance of the jump between lines through windows over that of a row."""
+    out, square = 0.5 * (window + gap), window * (window**2 - 1.0) / 12.0
+    return 2.0 * (1.0 / window + out**2 / square)
+
+
+def _event(
+    table: _Jumps, row: int, columns: tuple[FloatArray, FloatArray, FloatArray], start: int, noise: float
+) -> _Event:
+    h, q, f = columns
     window = table.window
-    part = slice(row - window + 1, row + 1)
-    x = np.arange(window) - float(window - 1)
+    jump, deviation = float(table.jump[row]), float(table.deviation[row])
+    low, row, high = _last_rows(table, row, h - table.slope[row] * q)
+    part = slice(max(row - window + 1, 0), row + 1)
+    x = np.arange(part.start, part.stop) - row
     (fall, force), (_, depth) = np.polyfit(x, f[part], 1), np.polyfit(x, h[part], 1)
-    error = _NORMAL * noise * math.sqrt((4.0 * window - 2.0) / (window * (window + 1.0)))
+    error = _NORMAL * noise * math.sqrt((4.0 * x.size - 2.0) / (x.size * (x.size + 1.0)))
+    below, above = sorted((float(fall) * (low - row - 0.5), float(fall) * (high - row + 0.5)))
     return _Event(
         start + row,
         float(force),
-        error + 0.5 * abs(float(fall)),
+        float(force) + below - error,
+        float(force) + above + error,
         float(depth),
-        float(table.jump[row]),
-        _NORMAL * float(table.deviation[row]),
+        jump,
+        _NORMAL * deviation,
     )
+
+
+def _last_rows(table: _Jumps, row: int, y: FloatArray) -> tuple[int, int, int]:
+    """
+    The last row before a jump of y, between the ends of its 95 % interval, near one found by a window and a gap.
+
+    The gap may begin before the jump. Rows before the jump are on the line of one window and rows after it on the other's; of the rows between them, which
+    may be on neither, each must be off both lines by more than noise.
+    """
+    window, gap = table.window, table.gap
+    sigma = float(table.deviation[row]) / math.sqrt(_variance_of_jump(window, gap))
+    rows = np.arange(max(row - window // 4, 0), min(row + gap + 1 + window // 4, y.size))
+    off = []
+    for first in (row - window + 1, row + gap + 1):
+        x = np.arange(first, first + window)
+        off.append(((y[rows] - np.polyval(np.polyfit(x - row, y[x], 1), rows - row)) / sigma) ** 2)
+    # of every last row before the jump, and every first row after it, the misfit
+    before, after = np.cumsum(off[0]), np.append(np.cumsum(off[1][::-1])[::-1], 0.0)[1:]
+    between = np.arange(rows.size)[None, :] - np.arange(rows.size)[:, None]
+    misfit = np.where(between >= 0, before[:, None] + after[None, :] + _BETWEEN**2 * between, math.inf).min(
+        axis=1
+    )
+    likely = rows[misfit <= misfit.min() + _NORMAL**2]
+    return int(likely[0]), int(rows[np.argmin(misfit)]), int(likely[-1])
 
 
 def _study(
     listed: Sequence[Record], searches: Sequence[_Search], contact: Contact | None, strength: float | None
 ) -> PopIn:
-    empty = _Event(0, math.nan, math.nan, math.nan, math.nan, math.nan)
+    empty = _Event(0, *[math.nan] * 6)
     events = [one.event or empty for one in searches]
-    force, half = np.array([e.force for e in events]), np.array([e.force_half for e in events])
+    force = np.array([e.force for e in events])
     jump, wide = np.array([e.jump for e in events]), np.array([e.jump_half for e in events])
     columns = {
         "pop_in_force": (force, "N"),
-        "pop_in_force_low": (force - half, "N"),
-        "pop_in_force_high": (force + half, "N"),
+        "pop_in_force_low": (np.array([e.force_low for e in events]), "N"),
+        "pop_in_force_high": (np.array([e.force_high for e in events]), "N"),
         "pop_in_depth": (np.array([e.depth for e in events]), "m"),
         "pop_in_jump": (jump, "m"),
         "pop_in_jump_low": (jump - wide, "m"),
