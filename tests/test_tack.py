@@ -148,6 +148,16 @@ def test_bodies_without_memory_take_a_preload():
             ProblemError,
             "call pull_off_curve for several",
         ),
+        (
+            {"speed": 1.0, "preload": 1e8},
+            ProblemError,
+            r"preload = 100 MN: .* would be \d+ \(limit 10; .* give a smaller preload",
+        ),
+        (
+            {"speed": 1.0, "pressed_to": 200.0},
+            ProblemError,
+            "pressed_to = 200 m: .* give a smaller pressed_to",
+        ),
     ],
 )
 def test_what_a_test_with_memory_refuses(given, error, words):

@@ -16,7 +16,7 @@ from pymdr.line.soft.small_zone import ShortSprings
 from pymdr.line.soft.springs import FINE, ZoneSprings
 from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Elastic
-from pymdr.problem.paths import LoadingPath, Path, hold, load
+from pymdr.problem.paths import LoadingPath, Path, hold, indent, load
 from pymdr.problem.values import within_range
 from pymdr.result import Result
 from pymdr.solving.batch import Request, solutions
@@ -31,6 +31,8 @@ ROWS, _FINE = 240, 48
 _TOUCH = 1e-7
 """Part of the approach at which the first touch is read; with powers of time, whose series begins at the shortest time of a path, a row."""
 _DOUBLINGS = 30
+_STEEPEST = 10.0
+"""Largest slope of the profile in the contact before the retraction, far beyond the small slopes of the model: no row finds a pull beside such loads."""
 
 
 class TackTest(NamedTuple):
@@ -220,6 +222,17 @@ def _springs_at_rest(
     return springs
 
 
+def _refuse_steep(before: Result, quantity: str, target: float) -> None:
+    """Refuse a load or depth, in SI units, under which the slope of the profile in the contact is far beyond small."""
+    slope = max((one.measure for one in before.assumptions if one.name == "small slope"), default=0.0)
+    if slope > _STEEPEST:
+        name, unit = ("preload", "N") if quantity == "normal_force" else ("pressed_to", "m")
+        raise ProblemError(
+            f"pull_off: {name} = {written(target, unit, 3)}: the slope of the profile at the edge of the contact would be {slope:.3g} (limit {_STEEPEST:g}; "
+            f"the model assumes at most 0.3); give a smaller {name}"
+        )
+
+
 def _answer(one: Result | PymdrError) -> Result:
     if isinstance(one, PymdrError):
         raise one
@@ -280,9 +293,13 @@ def _approach(contact: Contact, speed: float, stiffness: float, quantity: str, t
         # the contact begins where the surfaces touch
         short_springs(contact, relaxation, "pull_off")
         begin = 0.0
-    if quantity == "normal_force":
-        bare = Contact(contact.profile, Elastic(relaxation.softest(range_ / speed), 0.0))
-        top = float(solve(bare, load(max(target, law.work * range_))).data["indentation"].values[-1])
+    bare = Contact(contact.profile, Elastic(relaxation.softest(range_ / speed), 0.0))
+    pressed = load(max(target, law.work * range_)) if quantity == "normal_force" else indent(target)
+    before = solve(bare, pressed) if quantity == "normal_force" or target > 0.0 else None
+    if before is not None:
+        _refuse_steep(before, quantity, target)
+    if before is not None and quantity == "normal_force":
+        top = float(before.data["indentation"].values[-1])
     touch = 1.0 / (ROWS - 1) if powers_of(contact) else _TOUCH
     approach = _Approach(channel, begin, top, speed, touch)
     if quantity == channel:
