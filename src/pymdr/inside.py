@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, TypedDict
 
 import numpy as np
 
+from pymdr import presentation
 from pymdr.deferred import mpl, xr
 from pymdr.errors import NotValidError, ProblemError, QuantityError
 from pymdr.interpretation.interior import (
@@ -22,7 +23,6 @@ from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_s
 if TYPE_CHECKING:
     from pathlib import Path as FilePath
 
-    from pymdr.presentation.plot import StressedBody
 
 _POINTS = 101
 """Points of an axis that is not given."""
@@ -120,8 +120,6 @@ def interior_field(
     xarray.DataArray
         Over ``z`` and ``r``, or over ``z``, ``y`` if it is given, and ``x``.
     """
-    import xarray as xr
-
     (chosen, several), row = rows, quantity(name)
     background = background_of(inside.get("superposed"))
     if background is not None and name == "interior_displacement":
@@ -209,8 +207,6 @@ def largest_in(
     rows : list of int, bool
         Steps, and whether they become a dimension.
     """
-    import xarray as xr
-
     if one_name(name) not in interior.measures:
         raise QuantityError(f"largest: no measure {shown(name)}; give one of {', '.join(interior.measures)}")
     (chosen, several), background = rows, background_of(superposed)
@@ -282,11 +278,9 @@ def drawn_section(
     name : str
         One of :data:`DRAWN`.
     """
-    from pymdr.presentation.plot import stress_section
-
     load = interior.load(row)
     bodies = [_drawn_body("body", interior, name, row, superposed, 2.0 * load.radius or 1.0)]
-    return stress_section(bodies, load.edge_radius, load.radius)
+    return presentation.plot.stress_section(bodies, load.edge_radius, load.radius)
 
 
 def drawn_stress(
@@ -300,8 +294,6 @@ def drawn_stress(
     name : str
         One of :data:`DRAWN`.
     """
-    from pymdr.presentation.plot import stress_figure
-
     _check_drawn(name)
     load = next(iter(interiors.values())).load(row)
     end, bodies = 2.0 * load.radius or 1.0, []
@@ -309,7 +301,7 @@ def drawn_stress(
         body = _drawn_body(side, interior, name, row, superposed, end)
         axis, surface = _lines(interior, row, superposed, end)
         bodies.append(replace(body, axis=axis, surface=surface))
-    return stress_figure(bodies, load.edge_radius, load.radius)
+    return presentation.plot.stress_figure(bodies, load.edge_radius, load.radius)
 
 
 def _check_drawn(name: str) -> None:
@@ -319,10 +311,8 @@ def _check_drawn(name: str) -> None:
 
 def _drawn_body(
     side: str, interior: Interior, name: str, row: int, superposed: Superposed | None, end: float
-) -> StressedBody:
+) -> presentation.plot.StressedBody:
     """A body as figures show it: a section down to `end`, and the largest value."""
-    from pymdr.presentation.plot import StressedBody
-
     places = Inside(z=interior.depths(end)) | ({} if superposed is None else Inside(superposed=superposed))
     flat = interior.revolves and superposed is None
     if flat:
@@ -338,7 +328,7 @@ def _drawn_body(
         unbounded = "at the edge" if interior.singular_radius(row) else "under the tip"
     elif name in interior.measures and interior.load(row).radius > 0.0:
         largest = largest_in(interior, name, superposed, rows, np.ones(row + 1, dtype=bool))
-    return StressedBody(side, field, largest, unbounded)
+    return presentation.plot.StressedBody(side, field, largest, unbounded)
 
 
 def _lines(
@@ -380,17 +370,15 @@ def animated_stress(
     file : path
         Ends with ``.gif``.
     """
-    from pymdr.presentation.plot import StressFrame, write_stress_animation
-
     name, superposed = measure
     _check_drawn(name)
     loads = {row: next(iter(interiors.values())).load(row) for row in rows}
     end = 2.0 * max(load.radius for load in loads.values())
     frames = [
-        StressFrame(
+        presentation.plot.StressFrame(
             [_drawn_body(side, interior, name, row, superposed, end) for side, interior in interiors.items()],
             (loads[row].edge_radius, loads[row].radius),
         )
         for row in rows
     ]
-    write_stress_animation(frames, history, np.array(rows), file)
+    presentation.plot.write_stress_animation(frames, history, np.array(rows), file)

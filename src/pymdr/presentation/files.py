@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from pymdr.deferred import xr
 from pymdr.errors import FileError, PymdrError
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
 from pymdr.problem.codec import decode_case, encode_case, import_kinds
@@ -25,7 +26,6 @@ from pymdr.quantities import BAND_ENDS, QUANTITIES
 from pymdr.units import shown
 
 if TYPE_CHECKING:
-    import xarray as xr
     from pydantic import TypeAdapter
     from xarray.backends import H5NetCDFStore
 
@@ -444,8 +444,6 @@ def _is_sealed(source: FilePath) -> bool:
 
 def read_dataset(file: str | os.PathLike[str]) -> xr.Dataset:
     """Read a packed dataset."""
-    import xarray as xr
-
     source = named_file(file, "read")
     try:
         exists, regular = source.exists(), source.is_file()

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
-from typing import TYPE_CHECKING
 
+from pymdr.deferred import xr
 from pymdr.interpretation.validity import Assumption, Claim, Level
 from pymdr.presentation.text import (
     Numbers,
@@ -19,9 +19,6 @@ from pymdr.presentation.text import (
 from pymdr.quantities import BAND_ENDS, QUANTITIES, of_whole
 from pymdr.quantities import quantity as quantity_of
 from pymdr.units import written
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _COLOURS = {Level.EXACT: "#009E73", Level.APPROXIMATE: "#B07D00", Level.NOT_VALID: "#D55E00"}
 

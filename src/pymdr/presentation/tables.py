@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pymdr.deferred import pd
 from pymdr.errors import FileError, MissingExtraError
 from pymdr.interpretation.validity import Assumption, Claim, Level
 from pymdr.presentation.files import named_file, write_atomically
@@ -127,8 +128,6 @@ def write_csv(columns: Mapping[str, np.ndarray], file: str | os.PathLike[str], a
     about : sequence
         Rows written above the header, in lines that begin with ``#``.
     """
-    import pandas as pd
-
     suffix = named_file(file, "write").suffix.lower()
     if suffix == ".xlsx":
         raise FileError(f"cannot write {str(file)!r}: to_csv writes text; use to_xlsx for a spreadsheet")

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pymdr.deferred import xr
 from pymdr.interpretation.validity import EXACT_WITHIN, Assumption, Claim, Level
 from pymdr.quantities import BAND_ENDS, QUANTITIES, of_whole
 from pymdr.quantities import quantity as quantity_of
 from pymdr.units import without_rounding, written
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 def summary(

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pymdr import presentation
 from pymdr.deferred import xr
 from pymdr.errors import QuantityError
 from pymdr.interpretation.validity import Claim
@@ -50,8 +51,6 @@ def labelled(columns: Mapping[str, ArrayLike], rows: ArrayLike | None = None) ->
     rows : array_like of int, optional
         The kept rows of the path, as the coordinate ``row``.
     """
-    import xarray as xr
-
     variables = {}
     for name, values in columns.items():
         q = quantity(name)
@@ -67,8 +66,6 @@ def labelled(columns: Mapping[str, ArrayLike], rows: ArrayLike | None = None) ->
 
 def variable_of(dims: Sequence[str], values: ArrayLike, attrs: Mapping[str, str]) -> xr.Variable:
     """A variable of an array as it is. To look whether it is one of dask, xarray imports dask.array, which takes longer than to solve."""
-    import xarray as xr
-
     return xr.Variable(dims, np.asarray(values), attrs, fastpath=True)
 
 
@@ -97,7 +94,6 @@ def field_array(
     -----
     Axes are indices already: to make an index of an array xarray imports pint.
     """
-    import xarray as xr
     from pandas import Index
 
     axis, at = places
@@ -138,8 +134,6 @@ def titled_columns(
     known: Sequence[str],
 ) -> dict[str, np.ndarray]:
     """Columns of a table by their titles with units, errors of approximate quantities next to them."""
-    from pymdr.presentation.tables import with_error_columns
-
     for name in units:
         if name not in table:
             raise QuantityError(
@@ -153,7 +147,7 @@ def titled_columns(
         unit = units.get(name, own)
         given = values if unit == own else from_si(values, own, unit)
         columns[f"{name} [{unit}]" if unit else name] = given.astype(int) if given.dtype == bool else given
-    return with_error_columns(columns, claims)
+    return presentation.tables.with_error_columns(columns, claims)
 
 
 def error_with_band(

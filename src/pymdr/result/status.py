@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import enum
 
+from pymdr import presentation
 from pymdr.errors import QuantityError
 from pymdr.interpretation.validity import Claim
 from pymdr.quantities import one_name
@@ -54,6 +55,4 @@ class Claims(dict[str, Claim]):
 
     def _repr_html_(self) -> str:
         """The table."""
-        from pymdr.presentation.html import claims_html
-
-        return claims_html(self)
+        return presentation.html.claims_html(self)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 
 import pymdr
+from pymdr import presentation
 from pymdr.deferred import mpl, pd, xr
 from pymdr.errors import FileError, NotValidError, QuantityError
 from pymdr.inside import (
@@ -451,9 +452,7 @@ class Result(Checked):
 
     def summary(self) -> str:
         """The last step, the claims and the assumptions, as text."""
-        from pymdr.presentation.text import summary
-
-        return summary(
+        return presentation.text.summary(
             by_component(self.data),
             self.claims,
             self.assumptions,
@@ -467,9 +466,7 @@ class Result(Checked):
 
     def _repr_html_(self) -> str:
         """The summary as tables, for notebooks."""
-        from pymdr.presentation.html import result_html
-
-        return result_html(
+        return presentation.html.result_html(
             by_component(self.data),
             self.claims,
             self.assumptions,
@@ -608,9 +605,7 @@ class Result(Checked):
         NotValidError
             If the stress is not valid, or the bodies do not touch in any of the rows.
         """
-        from pymdr.presentation.files import named_file, write_atomically
-
-        target = named_file(file, "write")
+        target = presentation.files.named_file(file, "write")
         if target.suffix.lower() != ".gif":
             raise FileError(f"cannot write {target}: an animation is a GIF; end its name with .gif")
         self._require("stress")
@@ -627,7 +622,7 @@ class Result(Checked):
             for x, y in _HISTORIES
             if x in self.data and y in self.data and self.data[x].ndim == self.data[y].ndim == 1
         )
-        write_atomically(
+        presentation.files.write_atomically(
             target, lambda temporary: animated_stress(interiors, (name, superposed), rows, history, temporary)
         )
 
@@ -659,14 +654,12 @@ class Result(Checked):
         NotValidError
             If the stress is not valid in this contact or row.
         """
-        from pymdr.presentation.tables import write_csv
-
         row = max(self._drawn_row(step), 0)
         fields = [
             self.field(name, r, row, **inside)
             for name in ("stress", "principal_stress", "von_mises", "tresca")
         ]
-        write_csv(point_columns(fields), file)
+        presentation.tables.write_csv(point_columns(fields), file)
 
     def _drawn_row(self, step: int) -> int:
         return drawn_row(self.data, self.claims["pressure"].where, step, self.contact.is_viscoelastic)
@@ -686,9 +679,7 @@ class Result(Checked):
         FileError
             If the file cannot be written, or its name is that of another format.
         """
-        from pymdr.presentation.files import write_dataset
-
-        write_dataset(self.to_dataset(), file)
+        presentation.files.write_dataset(self.to_dataset(), file)
 
     def to_csv(
         self,
@@ -731,9 +722,7 @@ class Result(Checked):
         empty. An approximate quantity has an adjacent column of relative errors, empty where they are not known. :func:`pymdr.read_record` reads loads and displacements back, :func:`pymdr.read_path` and
         :func:`pymdr.read_force_curve` as far as they are paths and curves.
         """
-        from pymdr.presentation.tables import write_csv
-
-        write_csv(self._columns(quantities, units), file, self._about() if about else ())
+        presentation.tables.write_csv(self._columns(quantities, units), file, self._about() if about else ())
 
     def to_xlsx(
         self,
@@ -759,9 +748,7 @@ class Result(Checked):
         FileError, UnitError, QuantityError, NotValidError
             As :meth:`to_csv` does.
         """
-        from pymdr.presentation.tables import write_xlsx
-
-        write_xlsx(self._columns(quantities, units), self._about(), file)
+        presentation.tables.write_xlsx(self._columns(quantities, units), self._about(), file)
 
     def _columns(
         self, quantities: Sequence[str] | None, units: Mapping[str, str] | None
@@ -773,20 +760,21 @@ class Result(Checked):
         return titled_columns(by_component(self._table(quantities)), rows, self.claims, units or {}, names)
 
     def _about(self) -> list[tuple[str, str, str]]:
-        from pymdr.presentation.tables import about_rows, part_text
-
-        others = {"status": f"{self.status.name}: {self.status.value}", "path": part_text(self.path)}
+        others = {
+            "status": f"{self.status.name}: {self.status.value}",
+            "path": presentation.tables.part_text(self.path),
+        }
         if self.machine_stiffness is not None:
             others["machine_stiffness"] = f"{self.machine_stiffness!r} N/m"
         if self.rings is not None:
             others["solver"] = repr(self.rings)
-        return about_rows(self.contact, self.claims, self.assumptions, self.notes, self.cite(), others)
+        return presentation.tables.about_rows(
+            self.contact, self.claims, self.assumptions, self.notes, self.cite(), others
+        )
 
     def to_dataset(self) -> xr.Dataset:
         """The whole result as one dataset with text attributes."""
-        from pymdr.presentation.files import pack
-
-        return pack(
+        return presentation.files.pack(
             self.data,
             self._saved_contact(),
             self.path,

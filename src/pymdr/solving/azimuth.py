@@ -10,6 +10,7 @@ import numpy as np
 from pymdr.deferred import mpl, xr
 from pymdr.errors import ProblemError
 from pymdr.mapping.surfaces.summits import MeanProfile, mean_profile
+from pymdr.presentation import plot
 from pymdr.problem.profiles import Sampled
 from pymdr.problem.topography import Topography
 from pymdr.solving.study import Study, dataset
@@ -56,10 +57,8 @@ class AzimuthalProfile(Study):
 
     def _figure(self) -> mpl.figure.Figure:
         """The surface with the apex, and the mean with its scatter and the curve through it."""
-        from pymdr.presentation.plot import bump_study
-
         r = np.linspace(0.0, self.profile.max_radius, _DRAWN)
-        return bump_study(
+        return plot.bump_study(
             self.topography.heights,
             self.topography.size,
             self.centre,

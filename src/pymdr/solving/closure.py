@@ -16,6 +16,7 @@ from pymdr.interpretation.validity import Claim
 from pymdr.mapping.closure import closure_of
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.moduli import effective_moduli
+from pymdr.presentation import plot
 from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.profiles import ForceCurve
 from pymdr.problem.schedule import planned
@@ -26,7 +27,6 @@ from pymdr.units import FloatArray, metres
 if TYPE_CHECKING:
     from xarray import DataArray
 
-    from pymdr.presentation.plot import Plots
 
 _TIMES = ("time", "jumped")
 _FINE = 400
@@ -127,10 +127,8 @@ def reading_of(reading: Reading) -> Reading:
     )
 
 
-def curve_plots(result: Result, row: int) -> Plots:
+def curve_plots(result: Result, row: int) -> plot.Plots:
     """Figures: the points with their curve, the line, and the solution."""
-    from pymdr.presentation.plot import CurveData, FigureData, Plots, closure_figures, closure_overview
-
     curve = result.contact.profile
     assert isinstance(curve, ForceCurve)
     viscoelastic = result.contact.is_viscoelastic
@@ -146,7 +144,7 @@ def curve_plots(result: Result, row: int) -> Plots:
     stiffness, force, _ = scale * known.stiffness.at(depth)
     line = equivalent_profile(curve)
     x = np.linspace(0.0, line.max_radius, _FINE)
-    drawn = CurveData(
+    drawn = plot.CurveData(
         points=(curve.indentation - known.contact_point, scale * curve.force),
         depth=depth,
         force=force,
@@ -155,7 +153,9 @@ def curve_plots(result: Result, row: int) -> Plots:
         modulus=modulus,
         is_viscoelastic=viscoelastic,
     )
-    data = FigureData(
+    data = plot.FigureData(
         data=result.data, row=row, field=None, gap=curve.gap, bands={}, on_line=False, modulus=modulus
     )
-    return Plots(data, partial(closure_overview, curve=drawn), partial(closure_figures, curve=drawn))
+    return plot.Plots(
+        data, partial(plot.closure_overview, curve=drawn), partial(plot.closure_figures, curve=drawn)
+    )

@@ -22,6 +22,7 @@ from pymdr.line.adhesion import JKR as ShortRange
 from pymdr.line.curves import Line
 from pymdr.line.foundation import normal_force, normal_stiffness, rises_to, states_at_depth, states_at_force
 from pymdr.line.lines import line_of
+from pymdr.presentation import plot
 from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Elastic, Rigid
 from pymdr.problem.paths import legs
@@ -30,16 +31,14 @@ from pymdr.solving.equilibria import finite
 from pymdr.units import FloatArray, written
 
 if TYPE_CHECKING:
-    from pymdr.presentation.plot import FigureData, LayersDrawn, Plots
+    from pymdr.presentation.plot import FigureData, Plots
 
 
-def normal_plots(result: Result, row: int) -> Plots:
+def normal_plots(result: Result, row: int) -> plot.Plots:
     """Figures of a contact without memory, friction and adhesion."""
-    from pymdr.presentation.plot import Plots, normal_figures, normal_overview
-
     line = _line_of(result)
     data = _figure_data(result, row, loading=None if line is None else _loading(result, line))
-    return Plots(data, normal_overview, normal_figures)
+    return plot.Plots(data, plot.normal_overview, plot.normal_figures)
 
 
 def _simple(kind: str, result: Result, row: int) -> Plots:
@@ -57,55 +56,45 @@ frictional_plots = partial(_simple, "frictional")
 planar_plots = partial(_simple, "planar")
 
 
-def adhesive_plots(result: Result, row: int) -> Plots:
+def adhesive_plots(result: Result, row: int) -> plot.Plots:
     """Figures of a contact on its curve of equilibria."""
-    from pymdr.presentation.plot import Plots, adhesive_figures, adhesive_overview
-
     law, line = result.contact.adhesion, _line_of(result)
     assert law is not None
     assert line is not None
     pull = theory_of(law).pull(law, result.contact.profile, line)
     data = _figure_data(result, row, equilibria=lambda: _branches(result, line), pull=pull)
-    return Plots(data, adhesive_overview, adhesive_figures)
+    return plot.Plots(data, plot.adhesive_overview, plot.adhesive_figures)
 
 
-def hysteretic_plots(result: Result, row: int) -> Plots:
+def hysteretic_plots(result: Result, row: int) -> plot.Plots:
     """Figures of a contact between the curves of two works of adhesion."""
-    from pymdr.presentation.plot import Plots, adhesive_figures, adhesive_overview
-
     line = _line_of(result)
     assert line is not None
     data = _figure_data(result, row, equilibria=lambda: _branches_of_edge(result, line))
-    return Plots(data, adhesive_overview, adhesive_figures)
+    return plot.Plots(data, plot.adhesive_overview, plot.adhesive_figures)
 
 
-def short_plots(result: Result, row: int) -> Plots:
+def short_plots(result: Result, row: int) -> plot.Plots:
     """Figures of bodies with memory under adhesion of short range, whose fields are not computed."""
-    from pymdr.presentation.plot import FigureData, Plots, short_overview, soft_figures
-
-    data = FigureData(
+    data = plot.FigureData(
         data=result.data, row=row, field=None, gap=result.contact.profile.gap, bands={}, on_line=False
     )
-    return Plots(data, short_overview, soft_figures)
+    return plot.Plots(data, plot.short_overview, plot.soft_figures)
 
 
-def frictional_memory_plots(result: Result, row: int) -> Plots:
+def frictional_memory_plots(result: Result, row: int) -> plot.Plots:
     """Figures of a contact with memory, stick and slip."""
-    from pymdr.presentation.plot import Plots, frictional_figures, frictional_overview, memory_figures
-
     data = _figure_data(result, row)
 
     def both(data: FigureData) -> dict[str, mpl.figure.Figure]:
-        history = memory_figures(data)["history"]
-        return {**frictional_figures(data), "history": history}
+        history = plot.memory_figures(data)["history"]
+        return {**plot.frictional_figures(data), "history": history}
 
-    return Plots(data, frictional_overview, both)
+    return plot.Plots(data, plot.frictional_overview, both)
 
 
 def plots_with_conduction(plots: Callable[[Result, int], Plots], result: Result, row: int) -> Plots:
     """The figures of a law, and one of heat and current flow."""
-    from pymdr.presentation.plot import conduction_figure
-
     drawn = plots(result, row)
 
     def drawn_too(data: FigureData) -> dict[str, mpl.figure.Figure]:
@@ -120,7 +109,7 @@ def plots_with_conduction(plots: Callable[[Result, int], Plots], result: Result,
             if row >= 0 and result.claims[name].where[row] and result.data["contact_radius"].values[row] > 0.0
         }
         figures = drawn.figures(data)
-        return figures | {"conductance": conduction_figure(data, levels, fluxes)} if levels else figures
+        return figures | {"conductance": plot.conduction_figure(data, levels, fluxes)} if levels else figures
 
     return replace(drawn, figures=drawn_too)
 
@@ -132,12 +121,10 @@ def _figure_data(
     equilibria: Callable[[], Branches | None] | None = None,
     loading: Callable[[FloatArray], Mapping[str, FloatArray]] | None = None,
     pull: float | None = None,
-) -> FigureData:
-    from pymdr.presentation.plot import FigureData
-
+) -> plot.FigureData:
     refused = row < 0 and "pressure" in result.claims
     line, surface, normal = _line_of(result), result.surface, _normal_surface(result)
-    return FigureData(
+    return plot.FigureData(
         data=result.data,
         row=row,
         field=(lambda name, r: result.field(name, r, row)) if row >= 0 else None,
@@ -168,10 +155,8 @@ def infinite_in(result: Result, step: int) -> tuple[float, ...]:
     return infinite_pressures(result.surface.gap_function, kinks, a)
 
 
-def _layers(result: Result) -> LayersDrawn | None:
+def _layers(result: Result) -> plot.LayersDrawn | None:
     """The layers of a body, and the forces of half-spaces of its top layer and of its base."""
-    from pymdr.presentation.plot import LayersDrawn
-
     body = result.contact.layered
     if body is None:
         return None
@@ -186,7 +171,7 @@ def _layers(result: Result) -> LayersDrawn | None:
             )
             line = line_of(Contact(result.contact.profile, one, other))
             half_spaces[label] = (depth, normal_force(line, states_at_depth(line, depth)))
-    return LayersDrawn(
+    return plot.LayersDrawn(
         thickness=tuple(layer.thickness for layer in body.layers),
         materials=tuple(
             f"{written(solid.young, 'Pa')}, {written(layer.thickness, 'm')}"

@@ -16,6 +16,7 @@ from pymdr.interpretation.endangered import Site, most_endangered
 from pymdr.interpretation.fatigue import Rating, StressCycle, rating_of, stress_cycle
 from pymdr.interpretation.interior import Background, Interior
 from pymdr.interpretation.validity import Claim, Level
+from pymdr.presentation import plot
 from pymdr.problem.fatigue import (
     DangVan,
     FatemiSocie,
@@ -120,8 +121,6 @@ class Fatigue(Study):
         ProblemError
             If a row is not one of finite numbers, or a depth is below 0 (for the parameters of Ruiz, other than 0).
         """
-        import xarray as xr
-
         size = _SPAN * self.cycle.radius
         depths = np.zeros(1) if self.on_surface else np.linspace(0.0, 0.75 * size, _LINES)
         centre = np.zeros(1) if math.isnan(self.y) else np.array([self.y])
@@ -150,12 +149,12 @@ class Fatigue(Study):
 
     def _figure(self) -> mpl.figure.Figure:
         """The map through the most endangered place, with its plane."""
-        from pymdr.presentation.plot import fatigue_study
-
         size = _SPAN * self.cycle.radius
         across = np.linspace(-0.75 * size, 0.75 * size, 61) if self.on_surface else None
         field = self.field(y=across)
-        return fatigue_study(field, self.contact_radius, (self.x, self.y, self.z), self.plane, self.value)
+        return plot.fatigue_study(
+            field, self.contact_radius, (self.x, self.y, self.z), self.plane, self.value
+        )
 
 
 def fatigue(

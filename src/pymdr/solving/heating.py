@@ -21,6 +21,7 @@ from pymdr.line.foundation import normal_force as elastic_force
 from pymdr.line.heating import LORENZ, current_load, frictional_rise, largest_rise, mean_displacement
 from pymdr.mapping.equivalent import gap_function
 from pymdr.mapping.moduli import Conductivity, conductivity_of
+from pymdr.presentation import plot
 from pymdr.problem.contact import Contact, require_contact
 from pymdr.result import Result
 from pymdr.solving.arguments import one_row, positive_speeds
@@ -59,11 +60,9 @@ class JouleHeating(Study):
 
     def _figure(self) -> mpl.figure.Figure:
         """Largest temperature rise against voltage, with that of metals."""
-        from pymdr.presentation.plot import joule_study
-
         temperature = float(self.data["temperature"][0])
         voltage = np.linspace(0.0, 1.2 * float(np.abs(self.data["voltage"]).max()), _FINE)
-        return joule_study(self.data, voltage, largest_rise(voltage, temperature))
+        return plot.joule_study(self.data, voltage, largest_rise(voltage, temperature))
 
 
 def joule_heating(

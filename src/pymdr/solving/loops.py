@@ -20,6 +20,7 @@ from pymdr.line.foundation import ElasticLine, elastic_energy, states_at_depth, 
 from pymdr.line.foundation import normal_force as force_of
 from pymdr.mapping.closure import closure_of
 from pymdr.numerics.quadrature import gauss
+from pymdr.presentation import plot
 from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.laws import Coulomb
 from pymdr.problem.profiles import ForceCurve
@@ -72,9 +73,7 @@ class FrictionLoop(Study):
 
     def _figure(self) -> mpl.figure.Figure:
         """Dissipation, damping ratio and stiffness against amplitude."""
-        from pymdr.presentation.plot import loop_study
-
-        return loop_study(self.by_coefficient())
+        return plot.loop_study(self.by_coefficient())
 
 
 def friction_loop(
@@ -139,8 +138,6 @@ def friction_loop(
     >>> bool(6 < loop["dissipated_per_cycle"][1] / loop["dissipated_per_cycle"][0] < 9)
     True
     """
-    import xarray as xr
-
     require_contact(contact, "friction_loop")
     if (amplitude is None) == (force_amplitude is None):
         raise ProblemError("friction_loop: give exactly one of amplitude and force_amplitude")

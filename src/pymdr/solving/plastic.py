@@ -23,6 +23,7 @@ from pymdr.line.plastic import (
     follow_edge,
     start_of_edge,
 )
+from pymdr.presentation import plot
 from pymdr.problem.contact import Contact
 from pymdr.problem.profiles import Sampled
 from pymdr.problem.schedule import Stretch
@@ -44,7 +45,7 @@ from pymdr.solving.walk import (
 from pymdr.units import FloatArray, metres, newtons
 
 if TYPE_CHECKING:
-    from pymdr.presentation.plot import Plots
+    pass
 
 WITHOUT_FIELDS = dict.fromkeys(NORMAL_FIELDS, NO_FIELDS)
 """Why there are no fields."""
@@ -278,10 +279,8 @@ def unknown_surface(result: Result) -> FieldReader:
     raise NotValidError(NO_FIELDS)
 
 
-def plastic_plots(result: Result, row: int) -> Plots:
+def plastic_plots(result: Result, row: int) -> plot.Plots:
     """Figures: the path between the curves of first loading and of unloading."""
-    from pymdr.presentation.plot import FigureData, PlasticData, Plots, plastic_figures, plastic_overview
-
     ball, data = ball_of(result.contact), result.data
     d = data["indentation"].values
     body = result.contact.plastic
@@ -293,14 +292,14 @@ def plastic_plots(result: Result, row: int) -> Plots:
         0.0, 1.0, _FINE
     )
     elastic = Ellipse(np.array(4.0 * ball.radius), np.array(2.0 * ball.radius), ball.modulus)
-    drawn = PlasticData(
+    drawn = plot.PlasticData(
         loading=(depth, ball.loading_force(depth)),
         unloading=(back, ball.force(back, largest)),
         elastic=(depth, elastic.force(depth) * ball.wall(depth)),
         yield_depth=ball.yield_depth,
         own_curves=not body.apparent_radius and result.contact.adhesion is None,
     )
-    shown = FigureData(
+    shown = plot.FigureData(
         data=data,
         row=-1,
         field=None,
@@ -309,7 +308,9 @@ def plastic_plots(result: Result, row: int) -> Plots:
         on_line=False,
         modulus=ball.modulus,
     )
-    return Plots(shown, partial(plastic_overview, drawn=drawn), partial(plastic_figures, drawn=drawn))
+    return plot.Plots(
+        shown, partial(plot.plastic_overview, drawn=drawn), partial(plot.plastic_figures, drawn=drawn)
+    )
 
 
 def residual_profile(result: Result, step: int = -1) -> Sampled:

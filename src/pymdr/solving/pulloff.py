@@ -20,6 +20,7 @@ from pymdr.interpretation.validity import Claim, Level
 from pymdr.line.adhesion.equivalent_line import States
 from pymdr.line.following import Jumps, Route, Track, pressed, pulled, turning_points, under_machine
 from pymdr.line.foundation import states_at_depth
+from pymdr.presentation import plot
 from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.profiles import Profile
 from pymdr.quantities import quantity
@@ -80,8 +81,6 @@ class PullOff(Study):
         }
 
     def _figure(self) -> mpl.figure.Figure:
-        from pymdr.presentation.plot import pull_off_figure
-
         assert self.contact is not None
         curves, lines = [], _curves_of(self.contact)
         for line in lines:
@@ -94,7 +93,7 @@ class PullOff(Study):
                 name: np.concatenate([values, [math.nan], receding[name]])
                 for name, values in advancing.items()
             }
-        return pull_off_figure(advancing, self.data)
+        return plot.pull_off_figure(advancing, self.data)
 
 
 def elastic_pull_off(

@@ -16,6 +16,7 @@ from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.validity import SOURCES, Claim, Level
 from pymdr.line.adhesion import DMT_BELOW, JKR_ABOVE, jkr_opening, maugis_parameter, tabor_parameter
 from pymdr.mapping.moduli import effective_moduli
+from pymdr.presentation import plot
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT, JKR, AdhesionLaw, MaugisDugdale
 from pymdr.problem.paths import load
@@ -80,8 +81,6 @@ class AdhesionRegime(Study):
 
     def _figure(self) -> mpl.figure.Figure:
         """Force against indentation, and the pressure of the unloaded contact, under every law."""
-        from pymdr.presentation.plot import compared_laws
-
         curves = {}
         push = max(-force for force in self.pull_off_force.values())
         for name, contact in self.contacts.items():
@@ -101,7 +100,7 @@ class AdhesionRegime(Study):
                     edge * np.array([1.0 - 1e-9, 1.0 + 1e-9]),
                 ]
             pressures[name] = result.field("pressure", np.unique(np.concatenate(r)))
-        return compared_laws(curves, self.pull_off_force, pressures)
+        return plot.compared_laws(curves, self.pull_off_force, pressures)
 
 
 def _edges(result: Result) -> FloatArray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING
 
+from pymdr import presentation
 from pymdr.deferred import xr
 from pymdr.errors import FileError, ProblemError
 from pymdr.independent.rings import Rings
@@ -21,9 +22,7 @@ RESULT_FILE = "result.nc"
 
 def result_from_dataset(dataset: xr.Dataset) -> Result:
     """The inverse of :meth:`~pymdr.result.Result.to_dataset`."""
-    from pymdr.presentation.files import unpack
-
-    parts = unpack(dataset)
+    parts = presentation.files.unpack(dataset)
     rings = parts["rings"]
     try:
         parts |= {"status": Status[parts["status"]], "rings": None if rings is None else Rings(rings)}
@@ -63,14 +62,12 @@ def open_result(file: str | os.PathLike[str]) -> Result:
     >>> float(again["normal_force"][-1])
     1.0
     """
-    from pymdr.presentation.files import named_file, read_dataset
-
-    source = named_file(file, "read")
+    source = presentation.files.named_file(file, "read")
     if source.is_dir():
         folder, source = source, source / RESULT_FILE
         if not source.exists():
             raise FileError(_folder_text(folder))
-    return result_from_dataset(read_dataset(source))
+    return result_from_dataset(presentation.files.read_dataset(source))
 
 
 def _folder_text(folder: Path) -> str:

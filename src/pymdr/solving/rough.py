@@ -19,6 +19,7 @@ from pymdr.interpretation.validity import SOURCES, Claim, Level
 from pymdr.line.rough import power_law_stiffness
 from pymdr.machine import memory_of_machine
 from pymdr.mapping.rough import refuse_coarse
+from pymdr.presentation import plot
 from pymdr.problem.materials import Material, Rigid
 from pymdr.problem.options import with_options
 from pymdr.problem.rough import RoughSurface
@@ -85,12 +86,10 @@ class RoughContact(Study):
 
     def _figure(self) -> mpl.figure.Figure:
         """Stiffness against force with its band, the closed form and full contact; springs in contact; the spectrum."""
-        from pymdr.presentation.plot import rough_study
-
         low, _, high = self.line.surface.wave_numbers
         q = np.geomspace(low, high, 200)
         spectrum = (q, self.line.surface.spectrum_2d(q))
-        return rough_study(self.data, self.curves, self.springs, spectrum)
+        return plot.rough_study(self.data, self.curves, self.springs, spectrum)
 
 
 @with_options(Loads)

@@ -21,6 +21,7 @@ from pymdr.mapping.surfaces.spectrum import (
     rings_of,
     self_affine,
 )
+from pymdr.presentation import plot
 from pymdr.problem.rough import RoughSurface
 from pymdr.problem.topography import Topography
 from pymdr.problem.topography.preparing import interpolated_fraction
@@ -154,9 +155,7 @@ class PowerSpectrum(Study):
 
     def _figure(self) -> mpl.figure.Figure:
         """The surface, and its spectrum with the law and the range on which it holds."""
-        from pymdr.presentation.plot import spectrum_study
-
-        return spectrum_study(self.topography.heights, self.topography.size, self.data, self.rings)
+        return plot.spectrum_study(self.topography.heights, self.topography.size, self.data, self.rings)
 
 
 def power_spectrum(

@@ -26,6 +26,7 @@ from pymdr.line.shapes import ShapeLaw, ShapeStates, shape_law
 from pymdr.mapping.azimuth import azimuthal_mean, mean_error
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.moduli import effective_moduli
+from pymdr.presentation import plot
 from pymdr.problem.contact import Contact
 from pymdr.problem.profiles import EllipticParaboloid, Profile, Shape
 from pymdr.problem.schedule import Stretch
@@ -47,7 +48,7 @@ from pymdr.solving.walk import (
 from pymdr.units import FloatArray, metres
 
 if TYPE_CHECKING:
-    from pymdr.presentation.plot import Plots
+    pass
 
 _STEPS = 200
 _SETTLED = 1e-13
@@ -286,10 +287,8 @@ def _trial(bound: LowerBound, disk: float) -> tuple[float, float, float, float, 
     )
 
 
-def shape_plots(result: Result, row: int) -> Plots:
+def shape_plots(result: Result, row: int) -> plot.Plots:
     """Figures: force with its bound and its estimate, and the contact in plan."""
-    from pymdr.presentation.plot import FigureData, Plots, ShapeData, shape_figures, shape_overview
-
     pressed_shape = pressed(result.contact)
     shape, data = pressed_shape.shape, result.data
     deepest = float(np.nanmax(data["indentation"].values, initial=0.0))
@@ -300,7 +299,7 @@ def shape_plots(result: Result, row: int) -> Plots:
     disk = float(pressed_shape.disks(d)[0])
     axes = pressed_shape.law.semi_axes(d)
     longest = float(np.nanmax(pressed_shape.at(d).longest, initial=disk))
-    drawn = ShapeData(
+    drawn = plot.ShapeData(
         depth=depth,
         force=pressed_shape.modulus * states.force,
         bound=pressed_shape.modulus * bound,
@@ -313,7 +312,7 @@ def shape_plots(result: Result, row: int) -> Plots:
         extent=1.5 * max(longest, disk),
         across=(lambda r: result.field("pressure", r, row, angle="90 deg")) if row >= 0 else None,
     )
-    shown = FigureData(
+    shown = plot.FigureData(
         data=data,
         row=row,
         field=(lambda name, r: result.field(name, r, row)) if row >= 0 else None,
@@ -322,4 +321,6 @@ def shape_plots(result: Result, row: int) -> Plots:
         on_line=False,
         modulus=pressed_shape.modulus,
     )
-    return Plots(shown, partial(shape_overview, shape=drawn), partial(shape_figures, shape=drawn))
+    return plot.Plots(
+        shown, partial(plot.shape_overview, shape=drawn), partial(plot.shape_figures, shape=drawn)
+    )

@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pymdr import presentation
 from pymdr.deferred import mpl, xr
 from pymdr.errors import QuantityError
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim
 from pymdr.mapping.portable import portable
+from pymdr.presentation import plot
 from pymdr.problem.contact import Contact
 from pymdr.problem.options import Checked
 from pymdr.quantities import of_whole, one_name
@@ -81,9 +83,7 @@ class Answer(Checked):
 
     def plot(self) -> mpl.figure.Figure:
         """The overview figure, with the conditions that are not met below it."""
-        from pymdr.presentation.plot import with_unmet
-
-        return with_unmet(self._figure(), self.assumptions)
+        return plot.with_unmet(self._figure(), self.assumptions)
 
     def _figure(self) -> mpl.figure.Figure:
         """The figure; by default the columns of the summary over the rows."""
@@ -109,9 +109,7 @@ class Answer(Checked):
 
     def summary(self) -> str:
         """The numbers with units, their claims, and the conditions of the model that are not met."""
-        from pymdr.presentation.text import study_summary
-
-        return study_summary(*self._said())
+        return presentation.text.study_summary(*self._said())
 
     def _said(self) -> StudyText:
         """Content of the summary, for text and HTML."""
@@ -138,8 +136,6 @@ class Answer(Checked):
 
     def _columns(self) -> dict[str, np.ndarray]:
         """Quantities in SI units, one entry per row; single numbers only if there are no arrays."""
-        import xarray as xr
-
         from pymdr.result.arrays import by_component
 
         data = by_component(self.data)
@@ -149,9 +145,7 @@ class Answer(Checked):
 
     def _repr_html_(self) -> str:
         """The summary as HTML tables, for notebooks."""
-        from pymdr.presentation.html import study_html
-
-        return study_html(*self._said())
+        return presentation.html.study_html(*self._said())
 
     def __str__(self) -> str:
         return self.summary()
@@ -170,15 +164,11 @@ class Answer(Checked):
         FileError
             If the file cannot be written, or its name is that of another format.
         """
-        from pymdr.presentation.files import write_dataset
-
-        write_dataset(self._stored(), file)
+        presentation.files.write_dataset(self._stored(), file)
 
     def _stored(self) -> xr.Dataset:
         """Content of a file: the data, and the rest as JSON."""
-        from pymdr.presentation.files import study_json
-
-        as_json = study_json(self.claims, self.assumptions, self.notes)
+        as_json = presentation.files.study_json(self.claims, self.assumptions, self.notes)
         return self.data.assign_attrs(pymdr_format="pymdr study 1", pymdr_metadata=as_json)
 
     def to_csv(
@@ -198,9 +188,7 @@ class Answer(Checked):
         about : bool
             Whether to write the version, claims, assumptions and notes above the header, in lines that begin with ``#``.
         """
-        from pymdr.presentation.tables import write_csv
-
-        write_csv(self._written(units), file, self._about() if about else ())
+        presentation.tables.write_csv(self._written(units), file, self._about() if about else ())
 
     def to_xlsx(self, file: str | os.PathLike[str], *, units: Mapping[str, str] | None = None) -> None:
         """
@@ -218,9 +206,7 @@ class Answer(Checked):
         MissingExtraError
             If openpyxl (the extra ``xlsx``) is not installed.
         """
-        from pymdr.presentation.tables import write_xlsx
-
-        write_xlsx(self._written(units), self._about(), file)
+        presentation.tables.write_xlsx(self._written(units), self._about(), file)
 
     def to_html(
         self, file: str | os.PathLike[str], *, title: str = "", settings: Mapping[str, str] | None = None
@@ -242,15 +228,15 @@ class Answer(Checked):
         FileError
             If the file cannot be written, or its name is that of another format.
         """
-        from pymdr.presentation.report import Report, write_report
-
         about = [
             (kind, text) for kind, name, text in self._about() if not name and kind not in ("note", "cite")
         ]
         header, cells = self._table()
         text = self.groups(), (header, cells), self._report_lines(), self.claims, self.assumptions, self.notes
         rows = [*(settings or {}).items(), *about]
-        write_report(file, Report(title, rows, text, self.plot, self._report_parts(), self.cite()))
+        presentation.report.write_report(
+            file, presentation.report.Report(title, rows, text, self.plot, self._report_parts(), self.cite())
+        )
 
     def _report_lines(self) -> list[str]:
         """Lines of a report between the table and the figure."""
@@ -262,8 +248,6 @@ class Answer(Checked):
 
     def _written(self, units: Mapping[str, str] | None) -> dict[str, np.ndarray]:
         """Columns of a table, by their titles."""
-        from pymdr.presentation.tables import with_error_columns
-
         written: dict[str, np.ndarray] = {}
         columns = self._columns()
         for name, values in columns.items():
@@ -274,24 +258,22 @@ class Answer(Checked):
             written[title] = np.asarray(from_si(values, own, unit)) if unit else values
         owners = {name: self._quantity_of(name) for name in columns}
         of_columns = {name: self.claims[own] for name, own in owners.items() if own in self.claims}
-        return with_error_columns(written, {**self.claims, **of_columns} if self.claims_of_rows else {})
+        return presentation.tables.with_error_columns(
+            written, {**self.claims, **of_columns} if self.claims_of_rows else {}
+        )
 
     def _quantity_of(self, column: str) -> str:
         """The quantity of a column of a table."""
         return column if column in self.data else of_whole(column)
 
     def _about(self) -> list[tuple[str, str, str]]:
-        from pymdr.presentation.tables import about_rows
-
-        return about_rows(
+        return presentation.tables.about_rows(
             self.contact, self.claims, self.assumptions, self.notes, self.cite(), self._others()
         )
 
     def _others(self) -> dict[str, str]:
         """Other information of a table, by kind."""
-        from pymdr.presentation.text import number_lines
-
-        single = number_lines(self.groups() if self.data.dims else {})
+        single = presentation.text.number_lines(self.groups() if self.data.dims else {})
         return {f"{heading} {label}": value for heading, rows in single for label, value in rows}
 
 
@@ -366,8 +348,6 @@ def dataset(
     attrs: Mapping[str, Any] | None = None,
 ) -> xr.Dataset:
     """A data set of xarray, which is imported when the first one is made."""
-    import xarray as xr
-
     return xr.Dataset(variables, coords, attrs)
 
 

@@ -19,6 +19,7 @@ from pymdr.errors import ProblemError, PymdrError, QuantityError
 from pymdr.interpretation.validity import Claim, Level
 from pymdr.machine import memory_of_machine
 from pymdr.mapping.equivalent import has_callables
+from pymdr.presentation import plot
 from pymdr.presentation.text import largest_error
 from pymdr.problem.codec import encode, encode_case
 from pymdr.problem.contact import Contact, require_contact
@@ -125,10 +126,8 @@ class Sweep(Study):
         -------
         matplotlib.figure.
         """
-        from pymdr.presentation.plot import sweep_curves
-
         self[name]
-        return sweep_curves(self.data, name, self.parameters)
+        return plot.sweep_curves(self.data, name, self.parameters)
 
 
 class SolveOptions(TypedDict, total=False):

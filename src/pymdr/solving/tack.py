@@ -12,6 +12,7 @@ from pymdr.deferred import mpl
 from pymdr.errors import ConvergenceError, ProblemError, PymdrError
 from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.validity import SOURCES, Claim, Level
+from pymdr.presentation import plot
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import JKR, MaugisDugdale
 from pymdr.problem.materials import Elastic, Rigid
@@ -83,14 +84,12 @@ class TackPullOff(PullOff):
         return edge_work_of([self.result], relaxation_along(self.result.contact, self.result.path))
 
     def _figure(self) -> mpl.figure.Figure:
-        from pymdr.presentation.plot import pull_off_figure
-
         rows = self.result.data
         attached = rows["cohesive_radius"].values > 0.0
         curve = {
             name: np.where(attached, rows[name].values, math.nan) for name in ("indentation", "normal_force")
         }
-        return pull_off_figure(curve, self.data, label="approach, dwell and retraction")
+        return plot.pull_off_figure(curve, self.data, label="approach, dwell and retraction")
 
 
 def pull_off(

@@ -14,6 +14,7 @@ from pymdr.deferred import mpl, xr
 from pymdr.errors import ProblemError
 from pymdr.interpretation.validity import SOURCES, Claim, Level
 from pymdr.mapping.relaxation import Relaxation
+from pymdr.presentation import plot
 from pymdr.problem.contact import Contact
 from pymdr.problem.options import with_options
 from pymdr.result import Result
@@ -90,10 +91,8 @@ class PullOffCurve(Study):
         return {"relaxed body, any speed": {"normal_force": float(self.data["slow_limit"])}}
 
     def _figure(self) -> mpl.figure.Figure:
-        from pymdr.presentation.plot import pull_off_speeds
-
         rest = self.data.sizes["dwell"]
-        return pull_off_speeds(self.data, [one.data for one in self.results[rest - 1 :: rest]])
+        return plot.pull_off_speeds(self.data, [one.data for one in self.results[rest - 1 :: rest]])
 
 
 @with_options(TackOptions, pull_off)

@@ -14,6 +14,7 @@ from pymdr.interpretation.validity import EXACT_WITHIN, Claim, Level, bodies_of
 from pymdr.line.foundation import normal_force, states_at_depth
 from pymdr.line.layered import LayeredLine
 from pymdr.line.lines import line_of
+from pymdr.presentation import plot
 from pymdr.problem.contact import Contact
 from pymdr.problem.layers import Layer, Layered
 from pymdr.problem.materials import Elastic
@@ -40,9 +41,7 @@ class ThicknessCorrection(Study):
 
     def _figure(self) -> mpl.figure.Figure:
         """Both factors over the indentation."""
-        from pymdr.presentation.plot import thickness_study
-
-        return thickness_study(
+        return plot.thickness_study(
             self.data["indentation"].values,
             {name: self.data[name].values for name in ("force_factor", "punch_factor")},
         )

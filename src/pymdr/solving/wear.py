@@ -19,6 +19,7 @@ from pymdr.line.wear import History
 from pymdr.machine import one_thread
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.moduli import effective_moduli
+from pymdr.presentation import plot
 from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.profiles import ForceCurve, Profile, Worn
@@ -195,9 +196,7 @@ class Wear(Study):
 
     def _figure(self) -> mpl.figure.Figure:
         """The worn profile, the pressure, the worn volume and the radii over cycles."""
-        from pymdr.presentation.plot import wear_study
-
-        return wear_study(self.data, self.surface)
+        return plot.wear_study(self.data, self.surface)
 
     def groups(self) -> dict[str, dict[str, float]]:
         """The end of wear at constant indentation."""
@@ -327,8 +326,6 @@ def _coefficient(given: QuantityLike, law: str) -> float:
 
 
 def _labelled(rows: FloatArray, columns: Mapping[str, FloatArray], attrs: Mapping[str, Any]) -> xr.Dataset:
-    import xarray as xr
-
     return xr.Dataset(
         {name: ("cycles", values, {"units": UNITS[name]}) for name, values in columns.items()},
         coords={"cycles": ("cycles", rows, {"long_name": "number of cycles", "units": ""})},
@@ -338,8 +335,6 @@ def _labelled(rows: FloatArray, columns: Mapping[str, FloatArray], attrs: Mappin
 
 def _surface(case: WearCase, history: History, rows: FloatArray) -> xr.Dataset:
     """Profiles and fields over the nodes of every row."""
-    import xarray as xr
-
     fields = {
         name: (("cycles", "node"), values, {"units": "Pa" if name == "pressure" else "m"})
         for name, values in surface_of_wear(case, history).items()
@@ -349,8 +344,6 @@ def _surface(case: WearCase, history: History, rows: FloatArray) -> xr.Dataset:
 
 def _springs(case: WearCase, history: History, rows: FloatArray) -> xr.Dataset:
     """The line of every row beyond the first stick radius."""
-    import xarray as xr
-
     columns = {
         name: (("cycles", "spring"), values, {"units": "m"})
         for name, values in line_of_wear(case, history).items()

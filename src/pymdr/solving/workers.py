@@ -12,6 +12,7 @@ from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any, TypeVar
 
+from pymdr import presentation
 from pymdr.deferred import xr
 from pymdr.errors import FileError, ProblemError, PymdrError
 from pymdr.units import shown
@@ -133,9 +134,7 @@ class KeptParts:
     """
 
     def __init__(self, folder: str | os.PathLike[str], work: Mapping[str, Any]) -> None:
-        from pymdr.presentation.files import named_file
-
-        self.folder = named_file(folder, "write")
+        self.folder = presentation.files.named_file(folder, "write")
         identity = {**work, "version": __version__}
         self.mark = hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()
         try:
@@ -150,10 +149,8 @@ class KeptParts:
 
     def parts(self) -> Iterator[tuple[int, xr.Dataset]]:
         """The finished parts: the number of the first in a file, and the file's dataset over ``part``."""
-        from pymdr.presentation.files import read_dataset
-
         for file in self._files():
-            part = read_dataset(file)
+            part = presentation.files.read_dataset(file)
             if part.attrs.get(_MARK) != self.mark:
                 raise FileError(
                     f"{file} belongs to another computation: its arguments, or the version of pymdr, have changed; use "
@@ -163,7 +160,5 @@ class KeptParts:
 
     def keep(self, first: int, finished: xr.Dataset) -> None:
         """Write finished parts, whole or not at all."""
-        from pymdr.presentation.files import write_dataset
-
         marked = finished.assign_attrs({_MARK: self.mark, _FIRST: first})
-        write_dataset(marked, self.folder / f"parts-{first:09d}.nc")
+        presentation.files.write_dataset(marked, self.folder / f"parts-{first:09d}.nc")

@@ -337,8 +337,6 @@ def stack_curves(
     >>> mdr.stack_curves(curves).sizes["sample"]
     50
     """
-    import xarray as xr
-
     some = list(curves)
     channel = "travel" if some and some[0].travel is not None else "indentation"
     if not some or any((one.travel is None) != (channel == "indentation") for one in some):
@@ -369,8 +367,6 @@ def stack_curves(
 
 def _on_pixels(data: xr.Dataset, curves: Sequence[MeasuredCurve]) -> xr.Dataset:
     """Variables over curves, rearranged over the pixels of the curves; pixels without a curve are missing."""
-    import xarray as xr
-
     if len(curves) < 2 or any(f"grid index {axis}" not in one.metadata for one in curves for axis in "xy"):
         return data
     pixels = [tuple(int(float(curve.metadata[f"grid index {axis}"])) for axis in "yx") for curve in curves]

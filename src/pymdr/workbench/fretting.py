@@ -209,8 +209,6 @@ def _read(
     record: xr.Dataset | Result, machine_stiffness: QuantityLike | None
 ) -> tuple[xr.Dataset, xr.Dataset]:
     """A record, and its shift and force in SI units without the deflection of the machine."""
-    import xarray as xr
-
     data = record.data if isinstance(record, Result) else record
     if not isinstance(data, xr.Dataset) or "shift" not in data or "tangential_force" not in data:
         raise ProblemError(

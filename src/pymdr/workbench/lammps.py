@@ -11,6 +11,7 @@ import numpy as np
 
 from pymdr.deferred import mpl, xr
 from pymdr.independent.lammps import Ball, collided, find_lammps, moved, version_of
+from pymdr.presentation import plot
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import DMT, JKR, Coulomb
 from pymdr.problem.materials import Elastic
@@ -128,9 +129,7 @@ class LammpsComparison(Study):
 
     def _figure(self) -> mpl.figure.Figure:
         """Forces, energies and restitution of both."""
-        from pymdr.presentation.plot import pairs_of_programs
-
-        return pairs_of_programs(self.curves, "LAMMPS")
+        return plot.pairs_of_programs(self.curves, "LAMMPS")
 
 
 def bench_lammps(progress: Callable[[int, int], None] | None = None) -> LammpsComparison:
@@ -149,8 +148,6 @@ def bench_lammps(progress: Callable[[int, int], None] | None = None) -> LammpsCo
     Surface energies of LAMMPS are half of the work of adhesion. Its JKR parts at the fold of force control under prescribed motion too, and is
     compared with JKR up to the pull-off and with JKR that parts there; its Mindlin models are linear until the contact slips as a whole.
     """
-    import xarray as xr
-
     program = find_lammps()
     cases: list[_History | _Collision] = [*_histories(), *_collisions()]
     rows, curves = [], {}

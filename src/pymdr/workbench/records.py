@@ -123,8 +123,6 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
     >>> loops.data.sizes["cycle"], round(float(loops["damping_ratio"][0]), 4)
     (3, 0.0502)
     """
-    import xarray as xr
-
     data = record.data if isinstance(record, Result) else record
     if not isinstance(data, xr.Dataset):
         raise ProblemError(

@@ -150,8 +150,6 @@ def fit_prony(
     rows = {name: rows[name] for name in units}
     fit = Prony.from_relaxation if "time" in data else Prony.from_dma
     along, *others = ((name, (next(iter(units)), rows[name], {"units": units[name]})) for name in units)
-    import xarray as xr
-
     return PronyFit(
         data=xr.Dataset(dict(others), coords=dict([along])),
         series=fit(*rows.values(), terms=terms, noise=noise),

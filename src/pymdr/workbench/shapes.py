@@ -12,6 +12,7 @@ import numpy as np
 from pymdr.deferred import mpl, xr
 from pymdr.errors import PathError, ProblemError
 from pymdr.mapping.moduli import effective_moduli
+from pymdr.presentation import plot
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import Path
 from pymdr.problem.profiles import EllipticParaboloid, Shape
@@ -82,8 +83,6 @@ class ShapeVerification(Comparison):
 
     def _figure(self) -> mpl.figure.Figure:
         """Pressures by boundary elements at the last step, those along both axes, and the force over the indentation."""
-        from pymdr.presentation.plot import compared_shape
-
         known = bool(np.isfinite(self.data["normal_force_engine"].values[-1]))
         where = {"apex_x": self.apex[0], "apex_y": self.apex[1]}
         pressures = self.deepest.field("pressure").assign_attrs(where) if known else None
@@ -96,7 +95,7 @@ class ShapeVerification(Comparison):
                 for direction, angle in (("x", 0.0), ("y", math.pi / 2))
             }
             axes = float(result["semi_axis_x"][-1]), float(result["semi_axis_y"][-1])
-        return compared_shape(self.data, pressures, hertz, axes)
+        return plot.compared_shape(self.data, pressures, hertz, axes)
 
 
 def hold_shape(
@@ -145,8 +144,6 @@ def hold_shape(
         unit = {"units": QUANTITIES[name].unit}
         columns |= {f"{name}_mdr": ("step", mine, unit), f"{name}_engine": ("step", other, unit)}
         columns |= {f"{name}_difference": ("step", mine / other - 1.0), f"{name}_error": ("step", error)}
-    import xarray as xr
-
     last = surfaces[-1][0]
     attributes = {"engine": last.data.attrs["engine"], "points": last.data.attrs["points"]}
     i, j = np.unravel_index(int(np.argmax(last.surface.heights)), last.surface.heights.shape)

@@ -13,6 +13,7 @@ import numpy as np
 from pymdr.deferred import mpl, xr
 from pymdr.errors import PathError, ProblemError
 from pymdr.independent.sliding import HalfSpaceGrid, SlidingSolution, solve_sliding
+from pymdr.presentation import plot
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath, Path
 from pymdr.problem.schedule import is_planar
@@ -86,9 +87,7 @@ class SlidingVerification(Comparison):
 
     def _figure(self) -> mpl.figure.Figure:
         """Both loops, both tractions of the last step, and its stress in the body."""
-        from pymdr.presentation.plot import compared_tractions
-
-        return compared_tractions(self.data, self.tractions, self.curves, drawn_stress(self.subsurface))
+        return plot.compared_tractions(self.data, self.tractions, self.curves, drawn_stress(self.subsurface))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -130,9 +129,7 @@ class PlaneVerification(SlidingVerification):
 
     def _figure(self) -> mpl.figure.Figure:
         """Both forces in the plane, and both components of the traction of the last step."""
-        from pymdr.presentation.plot import compared_plane
-
-        return compared_plane(self.data, self.tractions, self.curves)
+        return plot.compared_plane(self.data, self.tractions, self.curves)
 
 
 def verify_sliding(
@@ -280,8 +277,6 @@ def thinned_rows(channels: Sequence[FloatArray], steps: int) -> np.ndarray:
 
 
 def _table(mdr: Result, other: SlidingSolution, ends: np.ndarray, force: FloatArray) -> xr.Dataset:
-    import xarray as xr
-
     columns: dict[str, tuple[str, FloatArray, dict[str, str]]] = {
         name: ("step", mdr.data[name].values, {"units": "m"}) for name in ("indentation", "shift")
     }
@@ -295,8 +290,6 @@ def _table(mdr: Result, other: SlidingSolution, ends: np.ndarray, force: FloatAr
 
 def _plane_table(mdr: Result, other: SlidingSolution, ends: np.ndarray, force: FloatArray) -> xr.Dataset:
     """As `_table`, with components of shift and force."""
-    import xarray as xr
-
     columns: dict[str, tuple[str, FloatArray, dict[str, str]]] = {
         "indentation": ("step", mdr.data["indentation"].values, {"units": "m"})
     }
@@ -313,8 +306,6 @@ def _plane_table(mdr: Result, other: SlidingSolution, ends: np.ndarray, force: F
 
 
 def _plane_tractions(mdr: Result, other: SlidingSolution) -> xr.Dataset:
-    import xarray as xr
-
     middle = other.x.size // 2
     r = np.hypot(other.x[middle:], other.x[middle])
     tau = mdr.field("shear_traction", r=r, step=-1).values
@@ -327,8 +318,6 @@ def _plane_tractions(mdr: Result, other: SlidingSolution) -> xr.Dataset:
 
 
 def _tractions(mdr: Result, other: SlidingSolution) -> xr.Dataset:
-    import xarray as xr
-
     middle = other.x.size // 2
     r = np.hypot(other.x[middle:], other.x[middle])
     tau = mdr.field("shear_traction", r=r, step=-1).values
@@ -340,8 +329,6 @@ def _tractions(mdr: Result, other: SlidingSolution) -> xr.Dataset:
 
 
 def _curves(contact: Contact, d: FloatArray, u: FloatArray) -> xr.Dataset:
-    import xarray as xr
-
     parts = np.full(d.size, _FINE)
     both = np.stack([refined_rows(component, parts) for component in np.atleast_2d(u.T)], axis=1)
     fine = solve(contact, Path(indentation=refined_rows(d, parts), shift=both if u.ndim == 2 else both[:, 0]))

@@ -107,8 +107,6 @@ def compare_subsurface(result: Result, rows: Sequence[int] | np.ndarray) -> Subs
 
 
 def _compared(result: Result, interior: Interior, poisson: float, step: int, claim: Claim) -> Subsurface:
-    import xarray as xr
-
     radius = interior.load(step).radius
     x, y = (place * radius for place in _ACROSS)
     depths = radius * np.array(_DEPTHS)

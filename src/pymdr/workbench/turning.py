@@ -16,6 +16,7 @@ from pymdr.independent.rings.solution import pressure_at
 from pymdr.independent.torsion import TorsionRows, follow_torsion
 from pymdr.interpretation.torsion import torsional_modulus
 from pymdr.mapping.equivalent import equivalent_profile
+from pymdr.presentation import plot
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath, Path
 from pymdr.quantities import QUANTITIES
@@ -65,9 +66,7 @@ class TorsionVerification(Comparison):
 
     def _figure(self) -> mpl.figure.Figure:
         """Both torques over the twist, and both tractions of the last step."""
-        from pymdr.presentation.plot import compared_tractions
-
-        return compared_tractions(self.data, self.tractions, self.curves)
+        return plot.compared_tractions(self.data, self.tractions, self.curves)
 
 
 def verify_torsion(
@@ -148,8 +147,6 @@ def _followed(
 
 
 def _table(mdr: Result, other: TorsionRows) -> xr.Dataset:
-    import xarray as xr
-
     columns: dict[str, tuple[str, FloatArray, dict[str, str]]] = {
         name: ("step", mdr.data[name].values, {"units": QUANTITIES[name].unit})
         for name in ("indentation", "twist")
@@ -161,8 +158,6 @@ def _table(mdr: Result, other: TorsionRows) -> xr.Dataset:
 
 
 def _tractions(mdr: Result, other: TorsionRows) -> xr.Dataset:
-    import xarray as xr
-
     r = (other.edges[1:] + other.edges[:-1]) / 2.0
     tau = mdr.field("torsional_traction", r=r, step=-1).values
     unit = {"units": "Pa"}
@@ -173,8 +168,6 @@ def _tractions(mdr: Result, other: TorsionRows) -> xr.Dataset:
 
 
 def _curves(contact: Contact, depths: FloatArray, twists: FloatArray) -> xr.Dataset:
-    import xarray as xr
-
     parts = np.full(depths.size, 8)
     fine = solve(contact, Path(indentation=refined_rows(depths, parts), twist=refined_rows(twists, parts)))
     r = np.linspace(0.0, 1.05 * float(fine.data["contact_radius"].values[-1]), 400)

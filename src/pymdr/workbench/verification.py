@@ -13,6 +13,7 @@ from pymdr.deferred import mpl, xr
 from pymdr.errors import PathError, ProblemError
 from pymdr.independent.history import RingHistory
 from pymdr.independent.rings import Rings
+from pymdr.presentation import plot
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import JKR
 from pymdr.problem.materials import common_exponent
@@ -88,9 +89,7 @@ class Verification(Comparison):
 
     def _figure(self) -> mpl.figure.Figure:
         """Both pressures over the radius, and their difference; the stress in the body; with memory also both forces over time."""
-        from pymdr.presentation.plot import compared_pressures
-
-        return compared_pressures(self.pressures, self.history, drawn_stress(self.subsurface))
+        return plot.compared_pressures(self.pressures, self.history, drawn_stress(self.subsurface))
 
 
 def verify(
@@ -320,8 +319,6 @@ def _touched(result: Result) -> FloatArray:
 def _table(
     mdr: Result, ring: _RingState, rows: np.ndarray, names: list[str], to_largest: bool = False
 ) -> xr.Dataset:
-    import xarray as xr
-
     memory = "time" in ring.columns
     labels = ("time", "indentation") if memory else ("indentation",)
     columns: dict[str, tuple[str, Any, dict[str, str]]] = {
@@ -348,8 +345,6 @@ def _column(result: Result, name: str) -> FloatArray:
 
 
 def _history(mdr: Result, ring: Result) -> xr.Dataset:
-    import xarray as xr
-
     columns = {"time": ("row", ring.data["time"].values, {"units": "s"})}
     for name in ("indentation", "normal_force"):
         for method, result in (("mdr", mdr), ("rings", ring)):
@@ -368,8 +363,6 @@ def _pressure_difference(mdr: Result, ring: _RingState, step: int) -> float:
 
 def _pressures(mdr: Result, ring: _RingState, rows: np.ndarray) -> xr.Dataset:
     """Pressures at the last of some rows in which the method gives one."""
-    import xarray as xr
-
     valid = rows[mdr.claims["pressure"].where[rows]]
     step = int(valid[-1] if valid.size else rows[-1])
     r = ring.surface.default_radii(step)

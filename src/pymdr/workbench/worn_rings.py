@@ -13,6 +13,7 @@ from pymdr.deferred import mpl, xr
 from pymdr.errors import PathError, ProblemError
 from pymdr.independent.wear import WornRings, wear_by_rings
 from pymdr.mapping.moduli import effective_moduli
+from pymdr.presentation import plot
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath
 from pymdr.quantities import QUANTITIES
@@ -67,9 +68,7 @@ class WearVerification(Comparison):
 
     def _figure(self) -> mpl.figure.Figure:
         """Worn volume over cycles and depth of wear in the last row, by both."""
-        from pymdr.presentation.plot import compared_wear
-
-        return compared_wear(self.data, self.curves, self.surface)
+        return plot.compared_wear(self.data, self.curves, self.surface)
 
 
 def verify_wear(
@@ -174,8 +173,6 @@ def _edges(first: float, last: float, end: float, rings: int) -> FloatArray:
 
 
 def _table(study: Wear, rows: np.ndarray, other: WornRings, at: np.ndarray) -> xr.Dataset:
-    import xarray as xr
-
     columns: dict[str, Any] = {"cycles": ("step", study["cycles"].values[rows], {"units": ""})}
     by_rings = {
         "worn_volume": other.volume,
@@ -193,8 +190,6 @@ def _table(study: Wear, rows: np.ndarray, other: WornRings, at: np.ndarray) -> x
 
 def _surface(study: Wear, other: WornRings) -> xr.Dataset:
     """The depth of wear in the last row, at the middles of the rings."""
-    import xarray as xr
-
     r, depth = study.surface["r"].values[-1], study.surface["worn_depth"].values[-1]
     unit = {"units": "m"}
     return xr.Dataset(

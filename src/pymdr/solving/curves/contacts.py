@@ -10,6 +10,7 @@ import scipy
 
 from pymdr.deferred import mpl
 from pymdr.errors import ProblemError
+from pymdr.presentation import plot
 from pymdr.problem.facts import Facts
 from pymdr.problem.measured import MeasuredSamples, Samples, Step
 from pymdr.solving.curves.baselines import Baseline, check_contact, given_baseline
@@ -95,10 +96,10 @@ class ContactPoint:
         *curves : MeasuredCurve
             The curve of the contact point, or all segments of the record.
         """
-        from pymdr.presentation.plot import measured_curves
-
         methods = {name: (one.value, one.low, one.high) for name, one in self.methods.items()}
-        return measured_curves(curves, self.baseline.force_at, methods, (self.value, self.low, self.high))
+        return plot.measured_curves(
+            curves, self.baseline.force_at, methods, (self.value, self.low, self.high)
+        )
 
 
 def contact_point_of(curve: MeasuredSamples, baseline: Baseline | QuantityLike | None = None) -> ContactPoint:

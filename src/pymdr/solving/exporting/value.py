@@ -11,8 +11,10 @@ from typing import ClassVar
 import numpy as np
 import xarray as xr
 
+from pymdr import presentation
 from pymdr.deferred import mpl
 from pymdr.errors import FileError
+from pymdr.presentation import plot
 from pymdr.presentation.header import HeaderData, c_header
 from pymdr.presentation.history_header import HistoryInC
 from pymdr.problem.contact import Contact
@@ -171,9 +173,7 @@ class ContactLaw(Study):
 
     def remarks(self) -> tuple[str, ...]:
         """Lines on the law, its range, errors, claims and sources."""
-        from pymdr.presentation.tables import about_lines
-
-        return tuple(about_lines(self._about()))
+        return tuple(presentation.tables.about_lines(self._about()))
 
     def _others(self) -> dict[str, str]:
         first, last = self.range
@@ -297,25 +297,23 @@ class ContactLaw(Study):
         FileError
             If the file cannot be written, or its name is not that of a header.
         """
-        from pymdr.presentation.files import named_file, write_atomically
-
-        target = named_file(file, "write")
+        target = presentation.files.named_file(file, "write")
         if target.suffix.lower() not in _HEADERS:
             raise FileError(
                 f"cannot write {str(file)!r}: a C header has a name that ends with '.h', such as 'ball.h'; tables are written by to_csv"
             )
         text = self.c_header(target.stem if name is None else name)
-        write_atomically(file, lambda temporary: temporary.write_text(text, encoding="ascii"))
+        presentation.files.write_atomically(
+            file, lambda temporary: temporary.write_text(text, encoding="ascii")
+        )
 
     def _figure(self) -> mpl.figure.Figure:
         """The law, and its errors against :func:`pymdr.solve` at depths between the knots."""
-        from pymdr.presentation.plot import law_study
-
         form, last = self.table.form, self.table.last
         least = float(form.coordinate(np.array(min(self.table.first, _DECADES_DRAWN * last))))
         d = np.minimum(form.depth(np.linspace(least, self.table.knots.u[-1], _DRAWN)), last)
         knots = self.data.isel(knot=self.data["indentation"].values >= d[0])
-        return law_study(
+        return plot.law_study(
             knots,
             (d, self.table.at(d)[0]),
             self.checks,

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
+from pymdr.deferred import xr
 from pymdr.errors import ProblemError, RefusedError
 from pymdr.interpretation.accuracy import with_errors
 from pymdr.interpretation.validity import SOURCES, Claim
@@ -73,8 +74,6 @@ def restitution(contact: Contact, *, mass: QuantityLike, speeds: ArrayQuantityLi
     >>> mdr.restitution(gel, mass="1 mg", speeds=[0.05, 0.1, 0.5])["restitution"].values.round(4).tolist()
     [0.0, 0.4207, 0.9834]
     """
-    import xarray as xr
-
     require_contact(contact, "restitution")
     m = above(mass, "kg", "mass", "restitution")
     v = np.atleast_1d(to_si_array(speeds, "m/s", name="speeds"))

@@ -10,6 +10,7 @@ import numpy as np
 
 from pymdr.deferred import mpl, xr
 from pymdr.errors import ProblemError
+from pymdr.presentation import plot
 from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.values import within_range
 from pymdr.solving.closure import is_curve
@@ -201,10 +202,8 @@ class Impact(Study):
 
     def _figure(self) -> mpl.figure.Figure:
         """Force and radius against time, and force against indentation; with friction the tangential force."""
-        from pymdr.presentation.plot import impact_figure
-
         mu = None if self.contact.friction is None else self.contact.friction.coefficient
-        return impact_figure(self.data, mu)
+        return plot.impact_figure(self.data, mu)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,6 +12,7 @@ import numpy as np
 from pymdr.deferred import mpl
 from pymdr.errors import ProblemError
 from pymdr.interpretation.validity import SOURCES, Assumption, BoolArray, Claim, Level
+from pymdr.presentation import plot
 from pymdr.solving.fits.spectrum import NORMAL_95
 from pymdr.solving.nanoindentation.records import (
     CorrectedRecords,
@@ -87,9 +88,7 @@ class ThermalDrift(Study, CorrectedRecords):
 
     def _figure(self) -> mpl.figure.Figure:
         """Depths in the holds with the fitted lines, and the rates."""
-        from pymdr.presentation.plot import drift_study
-
-        return drift_study(self.holds[:_DRAWN], self.data)
+        return plot.drift_study(self.holds[:_DRAWN], self.data)
 
 
 def thermal_drift(

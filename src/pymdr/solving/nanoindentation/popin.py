@@ -13,6 +13,7 @@ import numpy as np
 from pymdr.deferred import mpl
 from pymdr.errors import NotValidError, ProblemError
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
+from pymdr.presentation import plot
 from pymdr.problem.contact import Contact
 from pymdr.problem.paths import Path
 from pymdr.solving.nanoindentation.records import Record, Records, attempted, numbered, records_of, refusals
@@ -93,9 +94,7 @@ class PopIn(Study):
 
     def _figure(self) -> mpl.figure.Figure:
         """Loading curves with their pop-ins, and the loads in order."""
-        from pymdr.presentation.plot import pop_in_study
-
-        return pop_in_study(self.records[:_DRAWN], self.data)
+        return plot.pop_in_study(self.records[:_DRAWN], self.data)
 
 
 def first_pop_in(

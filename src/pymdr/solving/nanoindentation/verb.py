@@ -11,6 +11,7 @@ import numpy as np
 from pymdr.deferred import mpl, xr
 from pymdr.errors import ProblemError
 from pymdr.interpretation.validity import SOURCES, Assumption, BoolArray, Claim, Level
+from pymdr.presentation import plot
 from pymdr.problem.materials import Material
 from pymdr.problem.profiles import AreaFunction
 from pymdr.solving.nanoindentation.analysing import (
@@ -79,8 +80,6 @@ class Nanoindentation(Study):
 
     def _figure(self) -> mpl.figure.Figure:
         """Unloading curves with what is fitted to them, and the moduli of both procedures."""
-        from pymdr.presentation.plot import indent_study
-
         drawn = [
             (
                 indent.rows.depth,
@@ -92,7 +91,7 @@ class Nanoindentation(Study):
             )
             for indent in self.indents[:_DRAWN]
         ]
-        return indent_study(drawn, self.data)
+        return plot.indent_study(drawn, self.data)
 
 
 def oliver_pharr(

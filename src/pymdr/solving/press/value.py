@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
+from pymdr import presentation
 from pymdr.deferred import mpl, xr
 from pymdr.errors import FileError, NotValidError, PathError, PymdrError, QuantityError
 from pymdr.interpretation.closure import error_of_force, known_error
 from pymdr.interpretation.conductance import CONDUCTIONS
 from pymdr.interpretation.validity import Assumption, Claim, Level
+from pymdr.presentation import plot
 from pymdr.problem.profiles import ForceCurve
 from pymdr.problem.profiles.forcecurve import FEWEST_POINTS
 from pymdr.problem.topography import Topography
@@ -81,8 +83,6 @@ class PressedSurface(Study):
         NotValidError
             If the contact reaches the border of the heights at this load.
         """
-        import xarray as xr
-
         if one_name(name) not in _FIELDS:
             raise QuantityError(f"no field {shown(name)}; {self.subject} has {', '.join(_FIELDS)}")
         self._refuse_step(step)
@@ -172,18 +172,14 @@ class PressedSurface(Study):
         QuantityError
             If there is no such load.
         """
-        from pymdr.presentation.plot import with_unmet
-
-        return with_unmet(self._figure(step), self.assumptions)
+        return plot.with_unmet(self._figure(step), self.assumptions)
 
     def _figure(self, step: int = -1) -> mpl.figure.Figure:
-        from pymdr.presentation.plot import pressed_surface
-
         self._refuse_step(step)
         claim, (over,) = self.claims["normal_stiffness"], self.data.dims
         loads = self.data[over].values
         if not claim.where.any():
-            return pressed_surface(
+            return plot.pressed_surface(
                 self.data, self.surface.heights, None, f"not valid at any load: {claim.reason}"
             )
         row = int(step) % loads.size
@@ -191,7 +187,7 @@ class PressedSurface(Study):
             row = int(np.argmax(np.where(claim.where, loads, -np.inf)))
         column = self.columns[str(over)]
         title = f"{column.label} {written(float(loads[row]), column.unit)}, load {row + 1} of {loads.size}"
-        return pressed_surface(self.data, self.surface.heights, self.field("pressure", row), title)
+        return plot.pressed_surface(self.data, self.surface.heights, self.field("pressure", row), title)
 
 
 @lru_cache(maxsize=1)
@@ -248,9 +244,7 @@ def open_pressed_surface(file: str | os.PathLike[str]) -> PressedSurface:
     Traceback (most recent call last):
     pymdr.errors.FileError: cannot read 'missing.nc': no such file
     """
-    from pymdr.presentation.files import read_dataset
-
-    dataset = read_dataset(file)
+    dataset = presentation.files.read_dataset(file)
     if dataset.attrs.get("pymdr_format") != FORMAT:
         raise FileError(
             f"{file} is not a pressed surface: its format is {dataset.attrs.get('pymdr_format')!r}, {FORMAT!r} is needed; "

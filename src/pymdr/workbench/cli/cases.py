@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from pymdr.errors import PymdrError, QuantityError
 from pymdr.workbench.cli.folders import (
     Tables,
     folders_of,
@@ -59,8 +60,6 @@ def run(
     Each of several cases has its own folder; a failure does not stop the others. The exit status is 1 if a case failed,
     else 3 if the method refuses one.
     """
-    from pymdr.errors import PymdrError
-
     tables = Tables(csv, xlsx)
     with failures_as_json("run", cases, as_json):
         tables.check()
@@ -233,7 +232,6 @@ def plot(
     as_json: Json = False,
 ) -> None:
     """Draw the figures of a saved result."""
-    from pymdr.errors import QuantityError
     from pymdr.solving.reopening import open_result
 
     with failures_as_json("plot", result_file, as_json):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from pymdr.errors import ProblemError
 from pymdr.workbench.cli.folders import ready_folder, write_figure
 from pymdr.workbench.cli.options import Json, KeepSigns, LeaveOut, Quiet, Sensitivity, with_uncertainty
 from pymdr.workbench.cli.reporting import failures_as_json, print_json, print_text, print_written, report
@@ -75,8 +76,6 @@ def curves(
 
 
 def _refuse_uncertainty(option: str, given: str | None) -> None:
-    from pymdr.errors import ProblemError
-
     value, uncertainty = with_uncertainty(given or "")
     if uncertainty is not None:
         raise ProblemError(
@@ -96,8 +95,6 @@ class _Record:
     """The segments of a record in the signs of pymdr, with the contact point of its approach or the reason for none."""
 
     def __init__(self, segments: tuple[MeasuredCurve, ...], keep_signs: bool) -> None:
-        from pymdr.errors import ProblemError
-
         self.number = int(segments[0].metadata["record"])
         self.point: ContactPoint | None = None
         self.refusal = self.signs = ""

@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from pymdr.errors import MissingExtraError
+
 
 def explore(
     cases: Annotated[
@@ -20,8 +22,6 @@ def explore(
 
     It is served to this computer alone, at an address with a token.
     """
-    from pymdr.errors import MissingExtraError
-
     try:
         import panel  # noqa: F401
     except ImportError as error:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from pymdr.errors import ProblemError
 from pymdr.workbench.cli.folders import ready_folder, write_figure, write_report, write_study
 from pymdr.workbench.cli.options import (
     CaseFile,
@@ -125,7 +126,6 @@ def _fitted(
     output: Path | None,
 ) -> tuple[FitResult | FittedMap | FittedCurves, list[Path]]:
     """Fit what the files hold: records that share the parameters, a folder of records, or a map."""
-    from pymdr.errors import ProblemError
     from pymdr.solving.fits import fit as fit_curves
     from pymdr.workbench.folders import is_zarr
 
@@ -186,7 +186,6 @@ def _each(
     output: Path | None,
 ) -> tuple[FittedCurves, list[Path]]:
     """Fit the records of a folder one by one."""
-    from pymdr.errors import ProblemError
     from pymdr.solving.fits import fit_each
     from pymdr.workbench.folders import read_curve_folder
 
@@ -216,7 +215,6 @@ def _each(
 
 def _calibration(settings: dict[str, Any]) -> tuple[dict[str, str | None], dict[str, QuantityLike]]:
     """Spring constant and sensitivity, and standard uncertainties by name: theirs, and those of --uncertainty."""
-    from pymdr.errors import ProblemError
     from pymdr.solving.fits.calibrations import SENSITIVITY, SPRING_CONSTANT, relative_uncertainty
     from pymdr.workbench.readers.record import calibration_of
 
@@ -252,7 +250,6 @@ def _over_indentation(
     output: Path | None,
 ) -> list[Path]:
     """Fit growing ranges of one curve; print them, or write them into a folder."""
-    from pymdr.errors import ProblemError
     from pymdr.solving.fits import fit_over_indentation
 
     if len(curves) != 1 or output is None:
@@ -268,7 +265,6 @@ def _read(
     files: Sequence[Path], options: dict[str, Any], segment: str | None, whole: bool, *, keep_signs: bool
 ) -> list[MeasuredCurve] | xr.Dataset | Path:
     """Curves of one contact, or a map as a dataset or the folder of its store."""
-    from pymdr.errors import ProblemError
     from pymdr.workbench.curves import read_fittable_curves, stack_curves
 
     curves: list[MeasuredCurve] = []
@@ -294,7 +290,6 @@ def _read(
 
 def _read_sheared(files: Sequence[Path], settings: dict[str, Any]) -> list[xr.Dataset]:
     """Records of tangential force against shift."""
-    from pymdr.errors import ProblemError
     from pymdr.workbench.tables import read_record
 
     if any(settings[name] for name in ("spring_constant", "sensitivity", "leave_out_missing", "segment")):
@@ -306,8 +301,6 @@ def _read_sheared(files: Sequence[Path], settings: dict[str, Any]) -> list[xr.Da
 
 
 def _refuse_segment(file: Path, segment: str | None) -> None:
-    from pymdr.errors import ProblemError
-
     if segment is not None:
         raise ProblemError(
             f"--segment {segment}: not used for {file}, which is fitted completely; leave the option out, or cut the curve first"

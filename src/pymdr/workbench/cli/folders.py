@@ -8,6 +8,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from pymdr.errors import CaseError, FileError
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
@@ -18,8 +20,6 @@ if TYPE_CHECKING:
 
 def folders_of(cases: Sequence[Path], output: Path | None) -> dict[Path, Path]:
     """A distinct output folder for every case."""
-    from pymdr.errors import CaseError
-
     absolute = {case: case.resolve() for case in cases}
     if output is None:
         folders = {case: named_after(case) for case in cases}
@@ -40,8 +40,6 @@ def folders_of(cases: Sequence[Path], output: Path | None) -> dict[Path, Path]:
 
 def named_after(case: Path) -> Path:
     """The default folder of a case, next to its file."""
-    from pymdr.errors import FileError
-
     if not case.name:
         raise FileError(
             f"cannot read {case}: a case file is a regular file, not a folder; give the name of a .toml file"
@@ -52,7 +50,6 @@ def named_after(case: Path) -> Path:
 @contextmanager
 def ready_folder(folder: Path) -> Iterator[Path]:
     """Create a folder and check that it is writable; a failure removes it again."""
-    from pymdr.errors import FileError
     from pymdr.presentation.files import named_file
 
     named_file(folder, "write")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from pymdr.errors import ProblemError
 from pymdr.workbench.cli.folders import write_report, write_study
 from pymdr.workbench.cli.options import Json, Quiet, ReportFile, Table, with_uncertainty
 from pymdr.workbench.cli.reporting import (
@@ -155,7 +156,6 @@ def stiffness(
 ) -> None:
     """Hardness and modulus over depth, and the modulus of a film."""
     settings = dict(locals())
-    from pymdr.errors import ProblemError
     from pymdr.problem.materials import Elastic
     from pymdr.solving.nanoindentation import continuous_stiffness, film_modulus
 
@@ -209,7 +209,6 @@ def pop_in(
 ) -> None:
     """First pop-in of indents, and the shear stress at its load."""
     settings = dict(locals())
-    from pymdr.errors import ProblemError
     from pymdr.problem.contact import Contact
     from pymdr.problem.materials import Elastic
     from pymdr.problem.profiles import Sphere
@@ -269,7 +268,6 @@ def _named(name: str, study: Study | None) -> list[tuple[str, Study]]:
 
 def _calibrated(settings: dict[str, Any], procedure: dict[str, Any]) -> AreaCalibration | None:
     """The calibration by indents in fused silica, if they are given."""
-    from pymdr.errors import ProblemError
     from pymdr.solving.nanoindentation import calibrate_area
 
     if not settings["reference"]:
@@ -288,8 +286,6 @@ def _corrected(
     indents: list[xr.Dataset], with_drift: bool, hold: str | None
 ) -> tuple[list[tuple[str, Study]], Records]:
     """The records, without their drift if that is wanted, and its study."""
-    from pymdr.errors import ProblemError
-
     if not with_drift:
         if hold is not None:
             raise ProblemError("--hold is for --drift; give both")
@@ -299,7 +295,6 @@ def _corrected(
 
 
 def _drift(indents: list[xr.Dataset], hold: str | None, settle: float = 0.2) -> ThermalDrift:
-    from pymdr.errors import ProblemError
     from pymdr.solving.nanoindentation import thermal_drift
 
     ends = None if hold is None else [part.strip() for part in hold.split(" to ")]
@@ -316,7 +311,6 @@ def _read(files: Sequence[Path]) -> list[xr.Dataset]:
 
 
 def _substrate(text: str) -> Elastic | Rigid:
-    from pymdr.errors import ProblemError
     from pymdr.problem.materials import Elastic, Rigid
 
     if text.strip().lower() == "rigid":
@@ -330,8 +324,6 @@ def _substrate(text: str) -> Elastic | Rigid:
 
 
 def _numbers(option: str, text: str, example: str) -> list[float]:
-    from pymdr.errors import ProblemError
-
     try:
         return [float(value) for value in text.replace(",", " ").split()]
     except ValueError:
@@ -342,7 +334,6 @@ def _area_function(
     area: str | None, unit: str, table: Path | None, indents: Sequence[xr.Dataset]
 ) -> AreaFunction:
     """The area function of the options, or else of the files."""
-    from pymdr.errors import ProblemError
     from pymdr.problem.profiles import AreaFunction
     from pymdr.workbench.indents import area_function_of
     from pymdr.workbench.tables import read_area_function

@@ -24,7 +24,9 @@ def law(
     ] = False,
     springs: Annotated[
         int | None,
-        typer.Option(help="Number of springs for bodies with memory, or with --tangential for friction in the plane."),
+        typer.Option(
+            help="Number of springs for bodies with memory, or with --tangential for friction in the plane."
+        ),
     ] = None,
     name: Annotated[
         str | None, typer.Option(help="Prefix of files and C names; by default the name of the case.")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from pymdr.errors import ProblemError
 from pymdr.workbench.cli.folders import write_figure, write_study
 from pymdr.workbench.cli.options import Json, Quiet, Table
 from pymdr.workbench.cli.reporting import (
@@ -119,7 +120,6 @@ def _draw_map(study: Study, contact: Contact | None, file: Path) -> None:
     """Load against amplitude with the cycles of a record, up to a quarter above its largest load."""
     import numpy as np
 
-    from pymdr.errors import ProblemError
     from pymdr.solving.running import running_conditions
 
     if contact is None:
@@ -181,7 +181,6 @@ def topography(
     as_json: Json = False,
 ) -> None:
     """Power spectrum or mean profile of a measured surface."""
-    from pymdr.errors import ProblemError
     from pymdr.solving.azimuth import azimuthal_profile
     from pymdr.solving.roughness import power_spectrum
     from pymdr.workbench.topographies import described, read_topography

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperCommand
 
+from pymdr.errors import MissingExtraError, ProblemError
+
 if TYPE_CHECKING:
     from pymdr.units import FloatArray
 
@@ -112,7 +114,6 @@ def spread(
     """The given values, or `points` values between two; `form` shows in messages how one is given."""
     import numpy as np
 
-    from pymdr.errors import ProblemError
     from pymdr.units import to_si_array
 
     given = values_of(given)
@@ -152,8 +153,6 @@ def at_work(workers: int | None, cluster: str | None) -> Iterator[Any]:
     if cluster is None:
         yield workers
         return
-    from pymdr.errors import MissingExtraError, ProblemError
-
     try:
         from distributed import Client
     except ImportError as error:

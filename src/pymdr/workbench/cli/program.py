@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from pymdr.errors import PymdrError
 from pymdr.workbench.cli.bench import bench
 from pymdr.workbench.cli.cases import check, plot, run
 from pymdr.workbench.cli.curves import curves
@@ -113,8 +114,6 @@ _ALLOCATIONS = 500_000
 
 def main() -> None:
     """Run the command line; errors of pymdr become one line and an exit status."""
-    from pymdr.errors import PymdrError
-
     gc.set_threshold(_ALLOCATIONS)
     # the interpreter's last search for garbage visits all modules, a quarter of the CPU time of a short command
     atexit.register(gc.freeze)

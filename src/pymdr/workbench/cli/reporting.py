@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, get_type_hints
 
 import typer
 
+from pymdr.errors import PymdrError, RefusedError
 from pymdr.workbench.cli.folders import write_study
 from pymdr.workbench.cli.options import Json, Quiet, Table
 
@@ -156,8 +157,6 @@ def error_text(error: BaseException) -> str:
 
 def exit_status(error: BaseException) -> int:
     """The exit status of an error."""
-    from pymdr.errors import RefusedError
-
     return REFUSED if isinstance(error, RefusedError) else FAILED
 
 
@@ -187,8 +186,6 @@ def _plain(value: Any) -> Any:
 @contextmanager
 def failures_as_json(command: str, case: Path | Sequence[Path], as_json: bool) -> Iterator[None]:
     """Print an error as JSON before it becomes one line."""
-    from pymdr.errors import PymdrError
-
     try:
         yield
     except (PymdrError, MemoryError) as error:

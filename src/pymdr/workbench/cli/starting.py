@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from pymdr.errors import FileError
+
 
 def kinds_starting(incomplete: str) -> list[str]:
     """Kinds of cases that complete a word."""
@@ -38,8 +40,6 @@ def new(
     if output is None:
         typer.echo(text, nl=False)
         return
-    from pymdr.errors import FileError
-
     if output.exists():
         raise FileError(f"{output} already exists; choose another file with -o")
     write_atomically(output, lambda temporary: temporary.write_text(text, encoding="utf-8"))

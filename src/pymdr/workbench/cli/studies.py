@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from pymdr.errors import ProblemError
 from pymdr.workbench.cli.folders import write_study
 from pymdr.workbench.cli.options import CaseFile, Json, Points, Quiet, Table, spread, values_of
 from pymdr.workbench.cli.reporting import (
@@ -55,7 +56,6 @@ def impact(
     as_json: Json = False,
 ) -> None:
     """Simulate impacts at one or several speeds; needs no [[path]]."""
-    from pymdr.errors import ProblemError
     from pymdr.quantities import quantity
     from pymdr.solving.impacts import impact as collide
     from pymdr.solving.impacts import restitution

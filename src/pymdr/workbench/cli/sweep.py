@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from pymdr.errors import ProblemError
 from pymdr.workbench.cli.folders import Tables, ready_folder, write_figure
 from pymdr.workbench.cli.options import CaseFile, Cluster, Json, Quiet, at_work, spread
 from pymdr.workbench.cli.reporting import (
@@ -59,7 +60,6 @@ def sweep(
     """Solve a case over a grid of its parameters."""
     import contextlib
 
-    from pymdr.errors import ProblemError
     from pymdr.solving.sweep import sweep as solve_all
     from pymdr.workbench.casefile import read_case
 
@@ -144,7 +144,6 @@ def _ends(given: str) -> bool:
 
 def _swept(contact: Contact, given: str, points: int | None) -> tuple[str, FloatArray | list[str]]:
     """The name of a parameter and its values from ``name = value, value``."""
-    from pymdr.errors import ProblemError
     from pymdr.problem.parameters import parameter_of
 
     name, sign, _ = (part.strip() for part in given.partition("="))
