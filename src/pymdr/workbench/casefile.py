@@ -5,10 +5,10 @@ from __future__ import annotations
 import json
 import os
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -35,6 +35,7 @@ from pymdr.units import shown, to_si, to_si_array
 from pymdr.workbench.inputs import read_text
 
 _LARGEST = 4 * 2**20
+Read = TypeVar("Read")
 
 
 @dataclass(frozen=True)
@@ -62,10 +63,7 @@ def read_case(file: str | os.PathLike[str]) -> Case:
         ``[adhesion]``, ``[friction]``, ``[solve]``, ``[stress]``, ``[first_yield]``, ``[shakedown]``, ``[pull_off]``, ``[fatigue]`` and ``[wear]``, and one ``[[path]]`` for
         every leg.
     """
-    source = named_file(file, "read")
-    plain = _tables(source)
-    with errors_of_case(f"{source}:"):
-        return case_of_tables(_with_tables(plain, source.parent), source)
+    return _decoded(file, lambda plain, source: case_of_tables(_with_tables(plain, source.parent), source))
 
 
 def case_of_tables(tables: Mapping[str, Any], file: Path = Path()) -> Case:
@@ -95,10 +93,7 @@ def case_of_tables(tables: Mapping[str, Any], file: Path = Path()) -> Case:
 
 def read_tables(file: str | os.PathLike[str]) -> dict[str, Any]:
     """Read the tables of a case file as plain values, with the columns of its CSV files in place of their names."""
-    source = named_file(file, "read")
-    plain = _tables(source)
-    with errors_of_case(f"{source}:"):
-        return _with_tables(plain, source.parent)
+    return _decoded(file, lambda plain, source: _with_tables(plain, source.parent))
 
 
 def case_text(tables: Mapping[str, Any]) -> str:
@@ -200,10 +195,7 @@ def _check_stress(wanted: Mapping[str, Any], contact: Contact, path: LoadingPath
 
 def read_contact(file: str | os.PathLike[str]) -> tuple[str, Contact]:
     """Read the title and the contact of a case file; the path is optional."""
-    source = named_file(file, "read")
-    plain = _tables(source)
-    with errors_of_case(f"{source}:"):
-        return decode_contact(_with_tables(plain, source.parent))
+    return _decoded(file, lambda plain, source: decode_contact(_with_tables(plain, source.parent)))
 
 
 def read_rough_case(file: str | os.PathLike[str]) -> RoughCase:
@@ -215,10 +207,7 @@ def read_rough_case(file: str | os.PathLike[str]) -> RoughCase:
     file : path
         A TOML file with the tables ``[surface]``, ``[body]`` and optionally ``[counterbody]`` and ``[ball]``.
     """
-    source = named_file(file, "read")
-    plain = _tables(source)
-    with errors_of_case(f"{source}:"):
-        return decode_rough(plain)
+    return _decoded(file, lambda plain, _: decode_rough(plain))
 
 
 def read_press_case(file: str | os.PathLike[str]) -> tuple[PressCase, Topography | RoughSurface]:
@@ -236,9 +225,8 @@ def read_press_case(file: str | os.PathLike[str]) -> tuple[PressCase, Topography
     case : PressCase
     surface : Topography or RoughSurface
     """
-    source = named_file(file, "read")
-    plain = _tables(source)
-    with errors_of_case(f"{source}:"):
+
+    def decode(plain: dict[str, Any], source: Path) -> tuple[PressCase, Topography | RoughSurface]:
         case = decode_press(plain)
         if isinstance(case.surface, RoughSurface):
             return case, case.surface
@@ -246,6 +234,8 @@ def read_press_case(file: str | os.PathLike[str]) -> tuple[PressCase, Topography
         from pymdr.workbench.topographies import read_topography
 
         return case, read_topography(source.parent / keys.pop("file"), keys.pop("channel", None), **keys)
+
+    return _decoded(file, decode)
 
 
 def read_machine_case(file: str | os.PathLike[str]) -> MachineCase:
@@ -257,15 +247,20 @@ def read_machine_case(file: str | os.PathLike[str]) -> MachineCase:
     file : path
         A TOML file with the table ``[machine]``, its ``[[machine.bodies]]`` and ``[[machine.links]]``, and the contact of its joints.
     """
-    source = named_file(file, "read")
-    plain = _tables(source)
-    with errors_of_case(f"{source}:"):
-        return decode_machine(_with_tables(plain, source.parent))
+    return _decoded(file, lambda plain, source: decode_machine(_with_tables(plain, source.parent)))
 
 
 def is_of_machine(file: str | os.PathLike[str]) -> bool:
     """Whether a case file has the table ``[machine]``."""
     return "machine" in _tables(named_file(file, "read"))
+
+
+def _decoded(file: str | os.PathLike[str], decode: Callable[[dict[str, Any], Path], Read]) -> Read:
+    """What `decode` makes of the tables of a file and its name; errors name the file."""
+    source = named_file(file, "read")
+    plain = _tables(source)
+    with errors_of_case(f"{source}:"):
+        return decode(plain, source)
 
 
 def _tables(source: Path) -> dict[str, Any]:

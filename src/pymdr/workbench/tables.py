@@ -16,7 +16,6 @@ from pymdr.deferred import xr
 from pymdr.errors import CaseError, PathError, ProblemError, PymdrError, UnitError, errors_of_case
 from pymdr.interpretation.closure import error_of_force
 from pymdr.presentation.files import named_file
-from pymdr.problem.measured import Step
 from pymdr.problem.paths import CHANNELS, NORMAL_CHANNELS, TANGENTIAL_CHANNELS
 from pymdr.problem.paths import Path as MeasuredPath
 from pymdr.problem.profiles import AreaFunction, ForceCurve, Sampled
@@ -401,7 +400,6 @@ def curve_of_columns(
     file: str | os.PathLike[str],
     columns: Mapping[str, FloatArray],
     spring_constant: QuantityLike | None,
-    step: Step | None = None,
 ) -> MeasuredCurve:
     """The force curve of the columns of a file."""
     try:
@@ -411,7 +409,6 @@ def curve_of_columns(
             travel=columns.get("travel"),
             time=columns.get("time"),
             spring_constant=spring_constant,
-            step=step,
         )
     except ProblemError as error:
         raise ProblemError(f"{file}: {error}") from error

@@ -14,7 +14,7 @@ _INNER = 64
 """Number of samples in the worn ring."""
 
 
-def write_worn_profile(study: Wear, file: str | os.PathLike[str], row: int = -1) -> None:
+def write_worn_profile(study: Wear, file: str | os.PathLike[str]) -> None:
     """
     Write a worn profile as columns radius and height, in m.
 
@@ -23,7 +23,7 @@ def write_worn_profile(study: Wear, file: str | os.PathLike[str], row: int = -1)
     file : path
         CSV file that ``Sampled`` profiles of case files read.
     """
-    worn = study.worn(row)
+    worn = study.worn()
     first, last = float(worn.radius[0]), float(worn.radius[-1])
     inner = np.linspace(0.0, first, _INNER, endpoint=False) if first > 0.0 else np.zeros(1)
     outer = np.linspace(last, 1.5 * last, _INNER // 2)[1:]

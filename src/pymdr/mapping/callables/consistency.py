@@ -22,6 +22,8 @@ _ROUNDS, _PERSISTS = 7, 3
 _NOISE_RADII = 64
 _FEW_LEVELS = 12
 _UNDERFLOW = 1e-290
+_RELATIVE = 1e-7
+"""Accepted relative difference, for constants with 8 digits and derivatives by differences."""
 
 
 def check_consistency(
@@ -30,7 +32,6 @@ def check_consistency(
     low: float,
     high: float,
     breakpoints: Sequence[float] = (),
-    relative: float = 1e-7,
     farthest: float | None = None,
 ) -> None:
     """
@@ -48,8 +49,6 @@ def check_consistency(
         Range of radii in m, 0 < low < high.
     breakpoints : sequence of float
         Radii at which f' jumps: no panel crosses one.
-    relative : float
-        Accepted relative difference, for constants with 8 digits and derivatives by differences.
     farthest : float, optional
         Largest radius in m at which the rounding of f is measured; near the tip it may be invisible.
 
@@ -78,7 +77,7 @@ def check_consistency(
         stairs = _stairs(values)
         streak = np.zeros(start.shape, dtype=int)
         for _ in range(_ROUNDS):
-            rise, integral, sure, spread = _compared(f, derivative, noise, start, end, relative)
+            rise, integral, sure, spread = _compared(f, derivative, noise, start, end)
             difference = np.abs(rise - integral)
             # a callable with only a few levels on these radii does not determine a slope
             wrong = (difference > sure + 16.0 * spread) & (difference > stairs)
@@ -170,7 +169,7 @@ def _rules() -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def _compared(
-    f: Curve, derivative: Curve, noise: Curve, start: FloatArray, end: FloatArray, relative: float
+    f: Curve, derivative: Curve, noise: Curve, start: FloatArray, end: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Differences of f, integrals of the derivative, their allowed difference, and the error of the integrals."""
     width = end - start
@@ -185,5 +184,5 @@ def _compared(
     ends = f(np.concatenate([start, end])).reshape(2, -1)
     rounded = np.maximum(noise(end), EPS * np.max(np.abs(ends), axis=0))
     # radii are rounded too, and slopes, on panels so short
-    sure = _ROUNDINGS * rounded + (relative + 8.0 * EPS * end / width) * size + _UNDERFLOW
+    sure = _ROUNDINGS * rounded + (_RELATIVE + 8.0 * EPS * end / width) * size + _UNDERFLOW
     return ends[1] - ends[0], integral, sure, spread
