@@ -17,14 +17,7 @@ _TABS = ".bk-tab.bk-active { color: inherit !important; font-weight: 600; backgr
 
 
 class Page:
-    """
-    The whole page of a session.
-
-    Parameters
-    ----------
-    choices : dict of str to Choice
-        Cases to start from.
-    """
+    """The whole page of a session."""
 
     def __init__(self, choices: dict[str, Choice]) -> None:
         self._choices = choices

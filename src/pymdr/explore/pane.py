@@ -54,8 +54,6 @@ class CasePane:
     ----------
     key : str
         Beginning of the identifiers in the page.
-    choices : dict of str to Choice
-        Cases to start from.
     changed : callable
         Called after every answer.
     """

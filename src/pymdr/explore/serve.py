@@ -144,14 +144,7 @@ def new_server(choices: dict[str, Choice], port: int = 0) -> tuple[Any, str]:
 def serve(
     choices: dict[str, Choice], announce: Callable[[str], None], port: int = 0, *, show: bool = True
 ) -> None:
-    """
-    Serve the page until interrupted.
-
-    Parameters
-    ----------
-    show : bool
-        Whether to open it in the browser.
-    """
+    """Serve the page until interrupted."""
     server, address = new_server(choices, port)
     announce(f"{address}\n(Ctrl+C ends it)")
     server.start()

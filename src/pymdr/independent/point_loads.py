@@ -21,10 +21,6 @@ def normal_point_load(x: FloatArray, y: FloatArray, z: FloatArray, poisson: floa
     x, y, z : ndarray
         Position in m, z > 0.
 
-    Returns
-    -------
-    ndarray, shape (6, ...)
-
     Notes
     -----
     Boussinesq (1885); Johnson (1985), eq. 3.20.
@@ -53,15 +49,6 @@ def normal_point_load(x: FloatArray, y: FloatArray, z: FloatArray, poisson: floa
 def tangential_point_load(x: FloatArray, y: FloatArray, z: FloatArray, poisson: float) -> FloatArray:
     """
     Stress xx, yy, zz, xz, xy, yz in 1/m^2 under a unit force on the body in +x at the origin, tension positive.
-
-    Parameters
-    ----------
-    x, y, z : ndarray
-        Position in m, z > 0.
-
-    Returns
-    -------
-    ndarray, shape (6, ...)
 
     Notes
     -----

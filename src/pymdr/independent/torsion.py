@@ -61,10 +61,6 @@ def torsion_matrix(edges: FloatArray) -> FloatArray:
     edges : ndarray, shape (n + 1,)
         Rising radii in m, from 0.
 
-    Returns
-    -------
-    ndarray, shape (n, n)
-
     Notes
     -----
     Sneddon (1966), Mixed Boundary Value Problems in Potential Theory; Q_(1/2) by complete elliptic integrals.

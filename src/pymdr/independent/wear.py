@@ -50,10 +50,6 @@ def ring_matrix(edges: FloatArray) -> FloatArray:
     edges : ndarray, shape (n + 1,)
         Rising radii in m, from 0.
 
-    Returns
-    -------
-    ndarray, shape (n, n)
-
     Notes
     -----
     Timoshenko and Goodier (1951). The shear of equal bodies with nu = 0 has the same kernel.

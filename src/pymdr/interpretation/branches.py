@@ -54,8 +54,6 @@ def state_columns(
     ----------
     s : ndarray
         Parameters in m.
-    machine_stiffness : float, optional
-        In N/m, for the travel.
 
     Returns
     -------

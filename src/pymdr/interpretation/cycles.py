@@ -196,23 +196,13 @@ def upward(normal: FloatArray) -> FloatArray:
 
 
 def normal_stress(cycle: FloatArray, plane: FloatArray) -> FloatArray:
-    """
-    The normal stress on planes in Pa, tension positive, shape (n, m).
-
-    Parameters
-    ----------
-    cycle : ndarray, shape (n, 6, m)
-    """
+    """The normal stress on planes in Pa, tension positive, shape (n, m)."""
     return np.asarray(np.einsum("ncm,cm->nm", cycle, stress_factors(plane, plane)))
 
 
 def shear_amplitude(cycle: FloatArray, plane: FloatArray) -> FloatArray:
     """
     Half of the largest distance of two shear stress vectors on planes in Pa, shape (m,).
-
-    Parameters
-    ----------
-    cycle : ndarray, shape (n, 6, m)
 
     Examples
     --------

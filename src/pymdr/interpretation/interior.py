@@ -172,8 +172,6 @@ class Interior:
             One of :data:`INTERIOR_FIELDS`.
         points : tuple of ndarray
             x, y and z in m, of shapes that broadcast.
-        background : callable, optional
-            A stress that is added.
         """
         x, y, z = np.broadcast_arrays(*points)
         loads = self.surface.loads(step)
@@ -327,13 +325,6 @@ class Interior:
     ) -> list[Largest]:
         """
         The largest values of a measure of stress in several steps, as by :meth:`largest`.
-
-        Parameters
-        ----------
-        name : str
-            "von_mises", "tresca" or "principal_stress".
-        background : callable, optional
-            A stress that is added.
 
         Notes
         -----

@@ -110,8 +110,6 @@ def layered_memory_claims(
 
     Parameters
     ----------
-    line : Line
-        The line of the layers.
     depth : ndarray
         Indentation of every row in m.
     rows : tuple of ndarray of bool

@@ -511,10 +511,6 @@ def memory_claims(
         Rows whose springs in contact are those of a disk.
     forced, moved : ndarray of bool
         Rows whose force is prescribed, and rows whose indentation is.
-    check : MemoryCheck
-        Check of pressures and gaps.
-    remark : str
-        Further condition of the numbers.
     """
     where = np.logical_and.accumulate(disk) & check.sound(disk.size)
     why = "" if disk.all() else "the springs in contact are not those of a disk"

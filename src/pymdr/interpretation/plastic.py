@@ -35,14 +35,7 @@ _LIMIT = 0.5
 def plastic_claims(
     body: ElasticPlastic, adhesive: bool, prescribed: Mapping[str, BoolArray], rows: int
 ) -> dict[str, Claim]:
-    """
-    Claims of a ball that yields.
-
-    Parameters
-    ----------
-    prescribed : mapping of str to ndarray of bool
-        Rows in which each quantity is prescribed.
-    """
+    """Claims of a ball that yields."""
     reason = (
         "the model of an elastic, ideally plastic ball on a rigid flat, whose pressure at yield is fitted to finite elements; its error, "
         "and the range of d/R and Y/E of the fit, are not known here: the manual of LAMMPS, which has the model for large deformation, "

@@ -178,10 +178,6 @@ def rolling_claims(
 
     Parameters
     ----------
-    direction : str
-        "longitudinal" or "lateral".
-    law : str
-        "plain" or "calibrated".
     errors : mapping of str to ndarray
         Known errors of the law by quantity, relative to the exact theory.
     """

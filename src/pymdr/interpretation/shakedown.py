@@ -69,11 +69,6 @@ def failing_bound(interior: Interior, step: int) -> Bound:
     """
     The shear measure that no residual stress lowers: above the yield stress in shear the body never stops yielding.
 
-    Parameters
-    ----------
-    interior : Interior
-        A half-space that the contact passes along x.
-
     Notes
     -----
     At every point of the plane y = 0 the residual stress is the best of all, which is the centre of the smallest ball around the

@@ -77,14 +77,7 @@ class LowerBound:
 def shape_claims(
     shape: Shape, states: ShapeStates, bound: LowerBound, prescribed: Mapping[str, BoolArray]
 ) -> dict[str, Claim]:
-    """
-    Claims of every quantity of a shape over the rows.
-
-    Parameters
-    ----------
-    prescribed : mapping of str to ndarray of bool
-        Rows at which a quantity is prescribed.
-    """
+    """Claims of every quantity of a shape over the rows."""
     everywhere = np.ones(bound.force.shape, dtype=bool)
     theory = shape_theory(shape)
     claims = theory.claims(shape, states)

@@ -105,14 +105,10 @@ def sliding_claims(
 
     Parameters
     ----------
-    prescribed : str
-        "normal_force" or "indentation".
     model : tuple
         Result of :func:`friction_error`.
     error : ndarray
         Relative errors of the numbers of the springs at every speed.
-    remark : str
-        Further condition of the numbers.
     """
     known = []
     if limits.slow is None:
@@ -183,16 +179,7 @@ def _limit(kind: str, order: str, springs: str, error: FloatArray | None, remark
 
 
 def rough_sliding_claims(prescribed: str, everywhere: BoolArray, error: FloatArray) -> dict[str, Claim]:
-    """
-    Claims of a rough line that slides.
-
-    Parameters
-    ----------
-    prescribed : str
-        "normal_force" or "indentation".
-    error : ndarray
-        Relative errors of the numbers at every speed.
-    """
+    """Claims of a rough line that slides."""
     book = SOURCES["popov-hess"]
     reason = (
         "qualitative: springs below a random line of one seed, which represents a rough surface by its spectrum; the contact and the "

@@ -200,13 +200,6 @@ def quick_sums(load: LineLoad, r: FloatArray, z: FloatArray, logarithm: bool = T
     """
     All closed forms summed over a load by compiled code.
 
-    Parameters
-    ----------
-    r, z : ndarray
-        Radius and depth in m, at least 0, of one shape.
-    logarithm : bool
-        Whether that of ln P is computed.
-
     Returns
     -------
     ndarray or None
@@ -235,17 +228,10 @@ def integrated(load: LineLoad, r: FloatArray, z: FloatArray, punch: Kernel, size
 
     Parameters
     ----------
-    r, z : ndarray
-        Radius and depth in m, at least 0, of one shape.
     punch : callable
         The closed forms of one punch, shape (k, ...).
     sizes : ndarray, shape (k,)
         Typical sums over a typical stress, 1 or a length in m.
-
-    Returns
-    -------
-    ndarray
-        Of shape (k, ...).
     """
     radius, depth = np.ravel(r), np.ravel(z)
     depth = np.maximum(depth, _SURFACE * np.maximum(radius, load.radius))

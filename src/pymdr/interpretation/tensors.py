@@ -44,11 +44,6 @@ def von_mises(tensor: FloatArray) -> FloatArray:
     """
     Equivalent stress of von Mises in Pa.
 
-    Parameters
-    ----------
-    tensor : ndarray, shape (4, ...) or (6, ...)
-        Components in Pa.
-
     Examples
     --------
     >>> float(von_mises(np.array([0.0, 0.0, -3.0, 0.0])))
@@ -63,11 +58,6 @@ def tresca(tensor: FloatArray) -> FloatArray:
     """
     Equivalent stress of Tresca in Pa: the difference of the largest and the smallest principal stress.
 
-    Parameters
-    ----------
-    tensor : ndarray, shape (4, ...) or (6, ...)
-        Components in Pa.
-
     Examples
     --------
     >>> float(tresca(np.array([0.0, 0.0, -3.0, 0.0])))
@@ -80,11 +70,6 @@ def tresca(tensor: FloatArray) -> FloatArray:
 def hydrostatic(tensor: FloatArray) -> FloatArray:
     """
     The mean normal stress in Pa, tension positive.
-
-    Parameters
-    ----------
-    tensor : ndarray, shape (4, ...) or (6, ...)
-        Components in Pa.
 
     Examples
     --------

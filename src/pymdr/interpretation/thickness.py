@@ -101,11 +101,6 @@ def with_thickness(
     """
     Claims with the error of taking bodies with a thickness as half-spaces.
 
-    Parameters
-    ----------
-    prescribed : mapping of str to ndarray of bool
-        Rows in which a quantity is prescribed.
-
     Returns
     -------
     dict of str to Claim

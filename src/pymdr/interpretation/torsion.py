@@ -159,8 +159,6 @@ def twist_load(line: TwistedLine, segments: Sequence[Segment], radius: float) ->
 
     Parameters
     ----------
-    segments : sequence of Segment
-        The springs.
     radius : float
         Contact radius in m.
 

@@ -105,11 +105,6 @@ class HertzEllipse:
         """
         F / E* = 2 pi a_x d / (3 R_F(0, k^2, 1)) in m^2.
 
-        Parameters
-        ----------
-        depth : ndarray
-            Indentations d in m.
-
         Examples
         --------
         >>> round(float(HertzEllipse(2.0, 1.0).force(np.array([1.0]))[0]), 12)

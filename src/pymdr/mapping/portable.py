@@ -56,8 +56,6 @@ def require_known(profile: Profile, radii: FloatArray, name: str) -> None:
     ----------
     radii : ndarray
         In m.
-    name : str
-        Of the field.
     """
     parts = profile.parts if isinstance(profile, Sum) else (profile,)
     end = min((part.max_radius for part in parts if isinstance(part, Interpolated)), default=math.inf)

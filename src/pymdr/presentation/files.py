@@ -70,11 +70,6 @@ def write_atomically(file: str | os.PathLike[str], write: Callable[[FilePath], o
     """
     Write a temporary file in the same folder and rename it, so that no file is left half written.
 
-    Parameters
-    ----------
-    write : callable
-        Writes to the path given to it.
-
     Raises
     ------
     FileError

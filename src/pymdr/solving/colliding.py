@@ -100,8 +100,6 @@ def motion(
     ----------
     potential : Potential
         Over the depth.
-    mass, speed : float
-        In kg and m/s.
     depths : tuple of float
         Depths in m at which half of the energy and all of it is stored.
     rows : int

@@ -198,14 +198,7 @@ def tack_tests(
     start: tuple[QuantityLike | None, QuantityLike | None],
     workers: int = 1,
 ) -> list[TackPullOff]:
-    """
-    Pull-offs of tests of one contact.
-
-    Parameters
-    ----------
-    contact, tests, stiffness, start, workers
-        As for `followed_tests`.
-    """
+    """Pull-offs of tests of one contact."""
     results, modulus = followed_tests(contact, tests, stiffness, start, workers)
     elastic = ElasticPulls(contact, modulus) if modulus > 0.0 else None
     return [

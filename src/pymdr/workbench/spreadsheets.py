@@ -26,8 +26,6 @@ def read_sheets(source: Path, largest: int) -> dict[str, list[str]]:
     ----------
     source : Path
         A file .xlsx or .xlsm (the extra ``xlsx``), or .xls (the extra ``xls``).
-    largest : int
-        Number of bytes above which the file is refused.
 
     Returns
     -------

@@ -84,8 +84,6 @@ def verify_wear(
 
     Parameters
     ----------
-    path : LoadingPath
-        One cycle, as for :func:`pymdr.wear`.
     given : mapping
         Arguments of :func:`pymdr.wear`: ``coefficient``, ``cycles``, ``law``.
     steps : int

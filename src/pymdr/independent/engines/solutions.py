@@ -64,8 +64,6 @@ def by_force(
     ----------
     press : callable
         The solution at a force, to a tolerance.
-    tolerance : float
-        Relative tolerance of the indentation.
 
     Notes
     -----

@@ -24,11 +24,6 @@ def solve_positive(matrix: FloatArray, right: FloatArray) -> FloatArray:
     right : ndarray
         Right sides, shape (n, m).
 
-    Returns
-    -------
-    ndarray
-        Shape (n, m).
-
     Examples
     --------
     >>> solve_positive(np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([[3.0], [3.0]])).ravel().round(14).tolist()

@@ -98,8 +98,6 @@ def evaluated(record: Record, settings: Settings, who: str, prior: float = 0.5) 
     ----------
     record : Record
         With measured depths, the deflection of the frame included.
-    prior : float
-        Probability of white noise without data.
     """
     rows = unloading_of(record, settings.frame, settings.limits, who)
     exact = replace(settings, beta=1.0, epsilon=None)

@@ -295,7 +295,6 @@ def errors_of(residuals: FloatArray, slopes: FloatArray, prior: float = 0.5) -> 
 
     Parameters
     ----------
-    residuals : ndarray, shape (n,)
     slopes : ndarray, shape (n, p)
         Derivatives of the residuals.
     prior : float
