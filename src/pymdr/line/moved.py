@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -14,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymdr.errors import PathError, ProblemError
+from pymdr.problem.values import LARGEST
 from pymdr.units import FloatArray, shown
 
 BoolArray = NDArray[np.bool_]
@@ -264,12 +264,17 @@ class OnNormal(WithoutAdhesion, Moved):
         return self.normal.elastic_energy
 
 
+def beyond(given: str) -> PathError:
+    """The error of a value in m that is not finite, or whose products overflow."""
+    return PathError(f"Stepper.advance: {given}; a finite value within {LARGEST:g} m is needed")
+
+
 def durations_of(count: int, duration: Any) -> list[float]:
     """Durations in s of the steps of a number of contacts with memory, after refusing what is none."""
     given = [duration] if np.ndim(duration) == 0 else np.ravel(duration).tolist()
     for each in given:
-        if each is None or not 0.0 <= float(each) < math.inf:
+        if each is None or not 0.0 <= float(each) <= LARGEST:
             raise PathError(
-                f"Stepper.advance: duration = {shown(each)}; a body with memory needs the duration of every step in s, finite and at least 0"
+                f"Stepper.advance: duration = {shown(each)}; a body with memory needs the duration of every step in s, finite and at least 0 and at most {LARGEST:g}"
             )
     return [float(each) for each in np.broadcast_to(given, count)]

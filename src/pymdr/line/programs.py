@@ -23,6 +23,7 @@ from pymdr.line.plane import PlaneContacts
 from pymdr.line.plane import steps as springs
 from pymdr.line.plastic import YieldingContacts
 from pymdr.line.plastic import steps as yielding
+from pymdr.problem.values import LARGEST
 from pymdr.units import FloatArray
 
 TAKEN, REFUSED, LEFT = range(3)
@@ -74,7 +75,7 @@ def in_plane(
 ) -> tuple[int, float, tuple[float, float]]:
     """A step of springs in the plane."""
     line, labels, scales, slips = body
-    if not (math.isfinite(shift[0]) and math.isfinite(shift[1])):
+    if not (abs(shift[0]) <= LARGEST and abs(shift[1]) <= LARGEST):
         return REFUSED, 0.0, (0.0, 0.0)
     ending, normal, _ = along_line(line, (states[2], states[3]), i, depth, 0.0)
     if ending != TAKEN:
@@ -94,7 +95,7 @@ def on_branches(
 ) -> tuple[int, float, float]:
     """A step on the branches of a curve."""
     deepest, rows = body
-    if not -math.inf < depth <= deepest:
+    if not -LARGEST <= depth <= deepest:
         return REFUSED, 0.0, 0.0
     return TAKEN, branches.step(rows, states[0][i], depth), 0.0
 
@@ -110,7 +111,7 @@ def on_resting_branches(
 ) -> tuple[int, float, float]:
     """A step on the branches of two curves, between which the edge rests."""
     deepest, advancing, receding, edge = body
-    if not -math.inf < depth <= deepest:
+    if not -LARGEST <= depth <= deepest:
         return REFUSED, 0.0, 0.0
     ending, force = branches.step_resting(advancing, receding, edge, states[0][i], depth, at.NOWHERE, 0.0)
     return (TAKEN if ending == at.COMPLETE else LEFT), force, 0.0
@@ -127,7 +128,7 @@ def on_ball(
 ) -> tuple[int, float, float]:
     """A step of a ball that yields."""
     deepest, ball = body
-    if not -math.inf < depth <= deepest:
+    if not -LARGEST <= depth <= deepest:
         return REFUSED, 0.0, 0.0
     return TAKEN, yielding.step(ball, states[0][i], depth), 0.0
 
@@ -143,7 +144,7 @@ def with_memory(
 ) -> tuple[int, float, float]:
     """A step of springs with memory, which needs its duration in s."""
     deepest, line, space = body
-    if not -math.inf < depth <= deepest:
+    if not -LARGEST <= depth <= deepest:
         return REFUSED, 0.0, 0.0
     ending, force = relaxing.step(line, space, states, i, depth, duration)
     if ending == relaxing.COMPLETE:

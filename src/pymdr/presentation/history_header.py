@@ -35,7 +35,7 @@ class StackInC:
         """How the state is used."""
         return (
             "@_advance(&state, d, u) goes straight to the indentation d and the shift u in m and writes both forces into the state, which "
-            "begins as zeros. It returns 0, or 1 and leaves the state if d is above the largest indentation or a value is not finite. The "
+            "begins as zeros. It returns 0, or 1 and leaves the state if d is above the largest indentation or a value is not within 1e60. The "
             "state has no pointers: copied or saved bytes continue. @_tangential_error(&state) bounds the error of the tangential force in N; define "
             "@@_CAPACITY, at least 3, before the header for stacks of another length."
         )
@@ -81,7 +81,7 @@ class TouchInC:
         """How the state is used."""
         return (
             "@_advance(&state, d) goes straight to the indentation d in m, with the jumps into and out of contact, and writes the force into "
-            "the state, which begins as zeros. It returns 0, or 1 and leaves the state if d is above the largest indentation or not finite."
+            "the state, which begins as zeros. It returns 0, or 1 and leaves the state if d is above the largest indentation or not within 1e60."
         )
 
     @property
@@ -112,7 +112,7 @@ class SpringsInC:
         return (
             "@_advance(&state, d, u_x, u_y) goes straight to the indentation d and the shift (u_x, u_y) in m and writes the forces into the "
             "state, which begins as zeros. It returns 0, or 1 and leaves the state if d is above the largest indentation or a value is not "
-            "finite. @_rotate(&state, angle) turns shift, force and springs by an angle in rad, for contacts whose plane turns. The state has "
+            "within 1e60. @_rotate(&state, angle) turns shift, force and springs by an angle in rad, for contacts whose plane turns. The state has "
             "no pointers: copied or saved bytes continue. The error of the springs is not in the errors above."
         )
 
@@ -147,6 +147,7 @@ typedef struct {
 static inline void @_spring_(double t[2], double low, double high, const double e[2], double length)
 {
     double change, along, across, a, b, c, begin = INFINITY, until = 1.0;
+    int beyond;
     if (low <= 0.0) {
         double bears = 0.0;
         if (high > 0.0) { /* it touches where the shift is then */
@@ -170,7 +171,8 @@ static inline void @_spring_(double t[2], double low, double high, const double 
     c = along * along + across * across - low * low;
     if (c > 0.0)
         c = 0.0;
-    if ((along + length) * (along + length) + across * across > high * high) {
+    beyond = (along + length) * (along + length) + across * across > high * high;
+    if (beyond) {
         if (b > 0.0 && c >= -1e-15 * low * low) {
             begin = 0.0;
         } else if (b > 0.0) {
@@ -185,9 +187,13 @@ static inline void @_spring_(double t[2], double low, double high, const double 
         until = begin;
     along += until * length;
     low += until * change;
-    if (until < 1.0) {
+    if (beyond && until == 1.0) { /* by rounding */
+        const double part = high / sqrt(along * along + across * across);
+        along *= part;
+        across *= part;
+    } else if (until < 1.0) {
         const double left = length * (1.0 - until), rest = high - low;
-        const double tau = rest == 0.0 ? left / low : left * log1p(rest / low) / rest;
+        const double tau = left == 0.0 ? 0.0 : rest == 0.0 ? left / low : left * log1p(rest / low) / rest;
         const double turned = exp(-tau), size = sqrt(along * along + across * across);
         double near = size + fabs(along), far = across * across / near, sum;
         if (along < 0.0) {
@@ -207,22 +213,28 @@ static inline void @_spring_(double t[2], double low, double high, const double 
     t[1] = along * e[1] + across * e[0];
 }
 
+/* Depths next to nothing, whose products underflow, are none. */
+static inline double @_depth_(double d)
+{
+    return d > 0.0 && d <= 1e-150 ? 0.0 : d;
+}
+
 static inline int @_advance(@_state *s, double d, double u_x, double u_y)
 {
     const double v_x = (u_x - s->shift[0]) * @@_PER_SHIFT, v_y = (u_y - s->shift[1]) * @@_PER_SHIFT;
     const double length = sqrt(v_x * v_x + v_y * v_y);
-    const double before = s->indentation;
+    const double before = @_depth_(s->indentation), after = @_depth_(d);
     double e[2] = {1.0, 0.0};
     int i;
-    if (!(d <= @@_LARGEST_INDENTATION) || !isfinite(d) || !isfinite(u_x) || !isfinite(u_y))
+    if (!(d <= @@_LARGEST_INDENTATION) || d < -1e60 || !(fabs(u_x) <= 1e60) || !(fabs(u_y) <= 1e60))
         return 1;
     if (length > 0.0) {
         e[0] = v_x / length;
         e[1] = v_y / length;
     }
     s->force[0] = s->force[1] = 0.0;
-    for (i = 0; i < @@_SPRINGS && @_touches_[i] < (before > d ? before : d); ++i) {
-        @_spring_(s->t[i], before - @_touches_[i], d - @_touches_[i], e, length);
+    for (i = 0; i < @@_SPRINGS && @_touches_[i] < (before > after ? before : after); ++i) {
+        @_spring_(s->t[i], before - @_touches_[i], after - @_touches_[i], e, length);
         s->force[0] += @@_PER_FORCE * s->t[i][0];
         s->force[1] += @@_PER_FORCE * s->t[i][1];
     }
@@ -262,7 +274,7 @@ typedef struct {
 
 static inline int @_advance(@_state *s, double d)
 {
-    if (!(d <= @@_LARGEST_INDENTATION) || !isfinite(d))
+    if (!(d <= @@_LARGEST_INDENTATION) || d < -1e60)
         return 1;
     if (s->touches == 0.0 && d >= @@_JUMP_IN_INDENTATION) {
         s->touches = 1.0;
@@ -361,15 +373,15 @@ static inline double @_tangential_stiffness(const @_state *s)
 """
 
 _BEGIN = """\
-    if (!(d <= @@_LARGEST_INDENTATION) || !isfinite(d) || !isfinite(u))
+    if (!(d <= @@_LARGEST_INDENTATION) || d < -1e60 || !(fabs(u) <= 1e60))
         return 1;
-    if (before < 0.0 && d > 0.0) {
+    if (before < 0.0 && d > 1e-150) {
         const double was = s->shift * SCALE_;
         @_clear_(s, was + (v - was) * (-before / (d - before)));
     }
     s->indentation = d;
     s->shift = u;
-    if (d <= 0.0) {
+    if (d <= 1e-150) { /* none: its products underflow */
         s->top = s->normal_force = s->tangential_force = 0.0;
         @_clear_(s, v);
         return 0;

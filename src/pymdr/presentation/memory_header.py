@@ -56,7 +56,7 @@ class MemoryInC:
         return (
             "@_advance(&state, d, duration) goes straight to the indentation d in m within a duration in s, 0 for a sudden step, and writes "
             "force and energies into the state, which begins as zeros. It returns 0, or 1 and leaves the state if d is above the largest "
-            "indentation, a value is not finite, the duration is below 0, or a dashpot would be moved in zero time. The functions of d alone "
+            "indentation, a value is not within 1e60, the duration is below 0, or a dashpot would be moved in zero time. The functions of d alone "
             "are those of a sudden indentation of bodies at rest, without a parallel dashpot; radius and stiffness of a state are "
             "@_contact_radius(&state) and @_sudden_stiffness(&state). The state has no pointers: copied or saved bytes continue."
         )
@@ -535,7 +535,7 @@ static inline int @_press_(@_state *s, double d, double duration, double turned[
     double q = 0.0, q_last = 0.0, q_before = 0.0;
     int i, j, last = -1;
     @_move_ move;
-    if (!(d <= @@_LARGEST_INDENTATION) || !isfinite(d) || !isfinite(duration) || duration < 0.0)
+    if (!(d <= @@_LARGEST_INDENTATION) || d < -1e60 || !(duration >= 0.0 && duration <= 1e60))
         return 1;
     if (sudden && d != before && top > 0.0)
         return 1;

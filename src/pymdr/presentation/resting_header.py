@@ -60,7 +60,7 @@ class RestingInC:
         return (
             "@_advance(&state, d) goes straight to the indentation d in m: the edge advances at the smaller work, recedes at the larger one and "
             "rests in between, with the jumps into and out of contact; force, radius and energy lost are in the state, which begins as zeros. It "
-            "returns 0, or 1 and leaves the state if d is above the largest indentation or not finite. The functions of d alone are those of an "
+            "returns 0, or 1 and leaves the state if d is above the largest indentation or not within 1e60. The functions of d alone are those of an "
             "edge that advances. The state has no pointers: copied or saved bytes continue."
         )
 
@@ -151,7 +151,7 @@ static inline void @_land_(@_state *s, double d, int advances)
 static inline int @_advance(@_state *s, double d)
 {
     const double before = s->contact_radius;
-    if (!(d <= @@_LARGEST_INDENTATION) || !isfinite(d))
+    if (!(d <= @@_LARGEST_INDENTATION) || d < -1e60)
         return 1;
     s->indentation = d;
     if (before == 0.0) {

@@ -32,7 +32,7 @@ class ShearedInC:
         return (
             "@_advance(&state, d, u, duration) goes straight to the indentation d and the shift u in m within a duration in s, 0 for a sudden "
             "step, and writes both forces and the energies into the state, which begins as zeros. It returns 0, or 1 and leaves the state if d "
-            "is above the largest indentation, a value is not finite, or the duration is below 0. Loads are straight on each of @@_PARTS equal "
+            "is above the largest indentation, a value is not within 1e60, or the duration is below 0. Loads are straight on each of @@_PARTS equal "
             "parts of a step; define @@_PARTS before the header for others. The functions of d alone are those of a sudden indentation of bodies "
             "at rest; the radius is @_contact_radius(&state.pressed). The state has no pointers: copied or saved bytes continue."
         )
@@ -135,7 +135,7 @@ static inline double @_pull_of_(const @_pull_ *pull, @_spring *s, double *lost)
 {
     const double trial = @_shear_force_(s, pull->change, pull->duration), over = fabs(trial) - pull->high;
     const double sign = trial > 0.0 ? 1.0 : -1.0;
-    double under, stuck = 0.0, left, lasted, stiffness = @@_EQUILIBRIUM_MODULUS, slip, dv, given;
+    double under, stuck = 0.0, left, lasted, stiffness = @@_EQUILIBRIUM_MODULUS, dv, given;
     int j;
     if (over <= 0.0) {
         @_shear_move_(s, pull->change, pull->duration, lost);
@@ -152,8 +152,8 @@ static inline double @_pull_of_(const @_pull_ *pull, @_spring *s, double *lost)
     lasted = pull->duration * left;
     for (j = 0; j < @@_BRANCHES; ++j)
         stiffness += @_branches_[j][0] * @_mean_(lasted / @_branches_[j][1]);
-    slip = sign * over / stiffness;
-    dv = pull->change * left - slip;
+    /* from the force: a long shift minus a long slip would lose its digits */
+    dv = (sign * pull->high - @_shear_force_(s, 0.0, lasted)) / stiffness;
     given = pull->change * left * sign * 0.5 * (pull->low + (pull->high - pull->low) * stuck + pull->high);
     *lost += given - dv * @_shear_move_(s, dv, lasted, lost);
     return sign * pull->high;
@@ -232,7 +232,7 @@ static inline int @_advance(@_state *s, double d, double u, double duration)
 {
     const double from = s->pressed.indentation, du = (u - s->shift) / @@_PARTS;
     int part;
-    if (!(d <= @@_LARGEST_INDENTATION) || !isfinite(d) || !isfinite(u) || !isfinite(duration) || duration < 0.0)
+    if (!(d <= @@_LARGEST_INDENTATION) || d < -1e60 || !(fabs(u) <= 1e60) || !(duration >= 0.0 && duration <= 1e60))
         return 1;
     for (part = 1; part <= @@_PARTS; ++part)
         @_shear_part_(s, part < @@_PARTS ? from + (d - from) * part / @@_PARTS : d, du, duration / @@_PARTS);

@@ -9,7 +9,7 @@ from pymdr.presentation.c_text import CHEBYSHEV_SUM
 from pymdr.units import FloatArray
 
 _RETURNS = (
-    "It returns 0, or 1 and leaves the state if d is above the largest indentation or not finite. The state has no pointers: copied or saved "
+    "It returns 0, or 1 and leaves the state if d is above the largest indentation or not within 1e60. The state has no pointers: copied or saved "
     "bytes continue."
 )
 
@@ -135,7 +135,7 @@ static inline int @_advance(@_state *s, double d)
     int branch = (int)s->branch, low, high;
     double jumped = 0.0, v, rest, key, u;
     const double *row, *cell;
-    if (!(d <= @@_LARGEST_INDENTATION) || !isfinite(d))
+    if (!(d <= @@_LARGEST_INDENTATION) || d < -1e60)
         return 1;
     for (;;) {
         const double *way;
@@ -201,7 +201,7 @@ static inline int @_advance(@_state *s, double d)
 {
     const double first = @@_YIELD_INDENTATION;
     double most, height = 4.0 * @@_BALL_RADIUS, width = 2.0 * @@_BALL_RADIUS, depth = d, t, sliver;
-    if (!(d <= @@_LARGEST_INDENTATION) || !isfinite(d))
+    if (!(d <= @@_LARGEST_INDENTATION) || d < -1e60)
         return 1;
     most = d > s->largest_indentation ? d : s->largest_indentation;
     if (most >= first && first < @@_BALL_RADIUS) {

@@ -163,18 +163,18 @@ def _describe_limits(above: float, below: float, at_most: float, at_least: float
     return " and ".join(parts)
 
 
-_LARGEST, _SMALLEST, _NOTHING = 1e60, 1e-60, 1e-290
+LARGEST, _SMALLEST, _NOTHING = 1e60, 1e-60, 1e-290
 """Outside these limits, products of a few values leave the range of double precision."""
 
 
 def within_range(values: Any, unit: str, name: str, *, size: bool = False, limited: bool = False) -> Any:
     """Refuse numbers whose products overflow; values below 1e-290 become 0 unless limited."""
-    if type(values) is float and _SMALLEST <= abs(values) <= _LARGEST:
+    if type(values) is float and _SMALLEST <= abs(values) <= LARGEST:
         return values
     magnitude = np.abs(values)
     largest = float(np.max(magnitude, initial=0.0))
-    if largest > _LARGEST or (size and largest < _SMALLEST):
-        limit = f"at most {_LARGEST:g}" if largest > _LARGEST else f"at least {_SMALLEST:g}"
+    if largest > LARGEST or (size and largest < _SMALLEST):
+        limit = f"at most {LARGEST:g}" if largest > LARGEST else f"at least {_SMALLEST:g}"
         raise ProblemError(
             f"{name} = {largest:.3g} {unit}".rstrip() + f": it must be {limit} {unit}".rstrip()
         )

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from pymdr.errors import PathError
+from pymdr.line.moved import beyond
+from pymdr.problem.values import LARGEST
 from pymdr.units import metres, shown
 
 
 def too_deep(indentation: float, deepest: float) -> PathError:
-    """The error of an indentation in m that is not finite or deeper than the largest."""
-    if not math.isfinite(indentation):
-        return PathError(f"Stepper.advance: indentation = {indentation:g} m; a finite value is needed")
+    """The error of an indentation in m that is not finite, too far, or deeper than the largest."""
+    if not abs(indentation) <= LARGEST:
+        return beyond(f"indentation = {indentation:g} m")
     return PathError(
         f"Stepper.advance: indentation = {metres(indentation)} is deeper than max_indentation = {metres(deepest)}; make a stepper with "
         "a larger one"

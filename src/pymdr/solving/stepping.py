@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Self
@@ -16,7 +15,7 @@ from pymdr.line.plane import PlaneContacts
 from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.options import with_known_arguments
 from pymdr.problem.paths import LoadingPath
-from pymdr.problem.values import within_range
+from pymdr.problem.values import LARGEST, within_range
 from pymdr.result import Status
 from pymdr.solving.closure import is_curve
 from pymdr.solving.moving import moving_of
@@ -212,13 +211,13 @@ class Stepper:
         Raises
         ------
         PathError
-            If a value is no number or not finite, is deeper than `max_indentation`, or a body with memory has no duration; the contacts then keep the state before.
+            If a value is no number or not within 1e60, is deeper than `max_indentation`, or a body with memory has no duration; the contacts then keep the state before.
         """
         try:
             if self._several:
                 return self._advance_all(indentation, shift, duration)
             d = float(indentation)
-            if not -math.inf < d <= self._deepest:
+            if not -LARGEST <= d <= self._deepest:
                 raise too_deep(d, self._deepest)
             # the constructor of a named tuple takes as long as the step
             forces = tuple.__new__(self._forces, self._moved.advance(d, shift, duration))
@@ -236,7 +235,7 @@ class Stepper:
             self._refuse_malformed(indentation, shift, duration)
         d = np.empty(self.count)
         d[:] = indentation
-        taken = np.logical_and(d > -math.inf, d <= self._deepest)
+        taken = np.logical_and(d >= -LARGEST, d <= self._deepest)
         if not taken.all():
             raise too_deep(float(d[np.argmin(taken)]), self._deepest)
         forces = self._forces(*self._moved.advance_all(d, shift, duration))
@@ -258,7 +257,7 @@ class Stepper:
 
         ``step(body, states, i, indentation, shift, duration)`` moves contact i and returns ``(ending, normal, tangential)``; in the plane
         `shift` and `tangential` are pairs. Bodies with memory need the duration in s, which other contacts may leave out. An ending of 0 is a
-        step; 1 refuses a value that is not finite or too deep, and a duration that :meth:`advance` refuses; 2 leaves the step to
+        step; 1 refuses a value that is not within 1e60 or too deep, and a duration that :meth:`advance` refuses; 2 leaves the step to
         :meth:`advance`, because a stack is full or an edge rests in an unstable state. The contact then keeps its state.
 
         Parameters

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from pymdr.errors import PathError
 from pymdr.line.friction import layout
 from pymdr.line.friction.curves import ElasticCurves
 from pymdr.line.friction.state import FrictionState
-from pymdr.line.moved import NOW, Moved, WithoutAdhesion
+from pymdr.line.moved import NOW, Moved, WithoutAdhesion, beyond
+from pymdr.problem.values import LARGEST
 from pymdr.units import FloatArray
 
 _CAPACITY = 16
@@ -70,7 +70,7 @@ class Stacks(WithoutAdhesion, Moved):
         if code == layout.COMPLETE:
             return normal, self.moves * tangential
         if code != layout.STACK_FULL:
-            raise PathError(f"Stepper.advance: shift = {shift:g} m; a finite value is needed")
+            raise beyond(f"shift = {shift:g} m")
         self.grow(self._capacity + 1)
         return self.advance(depth, shift, duration)
 
@@ -78,9 +78,9 @@ class Stacks(WithoutAdhesion, Moved):
         """Go with all contacts to indentations and shifts in m; F_N and F_x in N alike."""
         given = np.empty((2, self.count))
         given[0], given[1] = depth, np.multiply(shift, self.moves)
-        finite = np.isfinite(given[1])
-        if not finite.all():
-            raise PathError(f"Stepper.advance: shift = {given[1][~finite][0]:g} m; a finite value is needed")
+        known = np.abs(given[1]) <= LARGEST
+        if not known.all():
+            raise beyond(f"shift = {given[1][~known][0]:g} m")
         forces, parts = np.empty(given.shape), self.threads.parts
         while parts:
             every: tuple[Any, ...] = (*self.body, *self.arrays, given, forces)

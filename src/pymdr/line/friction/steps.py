@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from pymdr.line.friction import layout, noslip
@@ -11,13 +10,14 @@ from pymdr.line.friction.reading import fused
 from pymdr.line.friction.runs import BEYOND
 from pymdr.line.moved import BEFORE, NOW
 from pymdr.numerics.graded.layout import MAX
+from pymdr.problem.values import LARGEST
 from pymdr.units import FloatArray
 
 
 @fused.inlined
 def _ending(line: FloatArray, stacks: Any, memory: FloatArray, depth: float, shift: float) -> int:
     """Whether a step can be taken; if so the present state is kept as the one before."""
-    if not (math.isfinite(depth) and math.isfinite(shift)):
+    if not (abs(depth) <= LARGEST and abs(shift) <= LARGEST):
         return layout.NOT_FINITE
     if depth > line[0, MAX] * BEYOND:
         return layout.TOO_DEEP

@@ -7,12 +7,12 @@ from typing import Any, Self
 
 import numpy as np
 
-from pymdr.errors import PathError
 from pymdr.line.memory.modes import active_springs, modes_of, unpacked
 from pymdr.line.memory.moved import RelaxingContacts
 from pymdr.line.memory.tangential import row_data, unsheared
-from pymdr.line.moved import BEFORE, NOW, OnNormal
+from pymdr.line.moved import BEFORE, NOW, OnNormal, beyond
 from pymdr.mapping.relaxation import Relaxation
+from pymdr.problem.values import LARGEST
 from pymdr.units import FloatArray
 
 
@@ -138,6 +138,6 @@ class ShearedContacts(OnNormal):
 
 
 def _finite(shift: float) -> float:
-    if not math.isfinite(shift):
-        raise PathError(f"Stepper.advance: shift = {shift:g} m; a finite value is needed")
+    if not abs(shift) <= LARGEST:
+        raise beyond(f"shift = {shift:g} m")
     return shift

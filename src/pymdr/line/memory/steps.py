@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,6 +10,7 @@ from pymdr.compiling import uncounted
 from pymdr.line.memory.kernels import COLUMNS, DISSIPATED, FORCE, WORK, Body
 from pymdr.line.memory.row_kernels import NOTES, TARGET, TIME, Run, follow
 from pymdr.line.moved import BEFORE, NOW
+from pymdr.problem.values import LARGEST
 from pymdr.units import FloatArray
 
 COMPLETE, IMPOSSIBLE, UNKNOWN = range(3)
@@ -84,7 +84,7 @@ def step(
     """
     springs, start, row = states[0][i], states[1][i], states[2][i]
     run, meet, rigid = line
-    if not 0.0 <= duration < math.inf:
+    if not 0.0 <= duration <= LARGEST:
         return IMPOSSIBLE, 0.0
     here = start[NOW, 1]
     if rigid and duration == 0.0 and here != depth and max(here, depth) > 0.0:

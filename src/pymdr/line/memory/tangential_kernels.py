@@ -177,6 +177,15 @@ def _sticks(
 
 
 @inner
+def _relaxed(body: Body, v: float) -> float:
+    """The force of the spring at work at the end of the durations of `fill`, if it rests at v."""
+    table, force = body.table, body.equilibrium * v
+    for j in range(body.branches):
+        force += table[j, PART_DECAY] * table[j, H]
+    return float(force)
+
+
+@inner
 def _slide(
     run: Shear,
     change: float,
@@ -184,15 +193,15 @@ def _slide(
     loads: tuple[float, float],
     v: float,
     stuck: float,
-    trials: tuple[float, float, int],
+    trials: tuple[float, int],
 ) -> float:
     """
-    Move a spring that sticks for a fraction of its move and then slips; returns its position.
+    Move a spring that sticks for a fraction of its move and then slips, by its force: a long shift minus a long slip loses its digits.
 
-    `trials` are its trial force at the end, the excess of that over the limit, and the index of the spring.
+    `trials` are its trial force at the end, and the index of the spring; returns its position.
     """
     body, own = run.body, run.own
-    trial, over, i = trials
+    trial, i = trials
     sign = 1.0 if trial > 0.0 else -1.0
     if stuck > 0.0:
         fill(duration * stuck, body)
@@ -213,13 +222,12 @@ def _slide(
         own[_OWN_LOSS, i] += dissipated
         return float(there)
     fill(lasted, body)
-    slip = 0.0  # in zero time a dashpot does not move
+    dv = change * left  # in zero time a dashpot does not move
     if body.viscosity == 0.0:
-        slip = sign * over / stiffness(body, lasted)
-    dv = change * left - slip
+        dv = (sign * run.friction * loads[1] - _relaxed(body, v)) / stiffness(body, lasted)
     force, dissipated = move_branches(body, dv, v)
     given = change * left * sign * run.friction * 0.5 * (loads[0] + (loads[1] - loads[0]) * stuck + loads[1])
-    own[_OWN_LEFT, i] = slip
+    own[_OWN_LEFT, i] = change * left - dv
     own[_OWN_WORK, i] += given
     own[_OWN_SLIP, i] += given - dv * force
     own[_OWN_LOSS, i] += dissipated
@@ -265,7 +273,7 @@ def _change(
             under = (now if trial > 0.0 else -now) - friction * before
             stuck = _sticks(run, change, lasts, (before, after), v, trial) if under < 0.0 else 0.0
             stuck = stuck if stuck > _AT_ONCE else 0.0
-            v = _slide(run, change, lasts, (before, after), v, stuck, (trial, over, i))
+            v = _slide(run, change, lasts, (before, after), v, stuck, (trial, i))
         if pressed.notes[GAP, r + 1, i] >= 0.0:
             if body.viscosity == 0.0:  # the remaining force is released at once
                 moved, dissipated = unload(body, v)
@@ -308,18 +316,20 @@ def _plain(
             continue
         v, limit = old[i, W], friction * max(notes[LOAD, r + 1, i], 0.0)
         first = friction * max(notes[LOAD, r, i], 0.0)
-        now, q, dv, slip = equilibrium * v, equilibrium * (v + du), du, 0.0
+        now, relaxed, q, dv = equilibrium * v, equilibrium * v, equilibrium * (v + du), du
         for j in range(n):
             now += old[i, BRANCHES + j]
-            q += table[j, DECAY] * old[i, BRANCHES + j] + table[j, MEAN] * (table[j, MODULUS] * du)
+            remaining = table[j, DECAY] * old[i, BRANCHES + j]
+            relaxed += remaining
+            q += remaining + table[j, MEAN] * (table[j, MODULUS] * du)
         sticks = abs(q) <= limit or friction == math.inf
         if not sticks:
             sign, over = math.copysign(1.0, q), abs(q) - limit
             under = sign * now - first
             if under < -_AT_ONCE * (over - under):
                 continue
-            slip, q = sign * over / firm, sign * limit
-            dv = du - slip
+            q = sign * limit
+            dv = (q - relaxed) / firm
         mean, dissipated, energy = equilibrium * (v + 0.5 * dv), 0.0, equilibrium * (v + dv) * (v + dv)
         for j in range(n):
             h, elastic = old[i, BRANCHES + j], table[j, MODULUS] * dv
@@ -334,7 +344,7 @@ def _plain(
         given = du * mean if sticks else du * math.copysign(0.5 * (first + limit), q)
         own[_OWN_FORCE, i], own[_OWN_LOSS, i], own[_OWN_SLIP, i] = q, dissipated, given - dv * mean
         own[_OWN_WORK, i], own[_OWN_RATE, i] = given, firm if sticks else 0.0
-        own[_OWN_LEFT, i], own[_OWN_STORED, i] = slip, 0.5 * energy
+        own[_OWN_LEFT, i], own[_OWN_STORED, i] = du - dv, 0.5 * energy
 
 
 @Addressed

@@ -29,6 +29,8 @@ _SERIES = 0.25
 """Slip in units of the limit up to which its lost part is a series: w is below it."""
 _ENDLESS = 340.0
 """Slip in units of the limit after which a spring lies along the row, and exp(-2 tau) is not 0 yet."""
+_TINY = 1e-150
+"""Lengths below it count as none."""
 _ITERATIONS = 200
 _PATIENCE = 10
 """Iterations that have to halve the residual."""
@@ -71,8 +73,10 @@ class Move(NamedTuple):
 
 @inner
 def move_of(x: float, y: float, before: float, after: float) -> Move:
-    """A row from its shift and depths."""
+    """A row from its shift and depths; at those next to nothing, whose products underflow, there is no contact."""
     length = math.sqrt(x * x + y * y)
+    before = before if before > _TINY else min(before, 0.0)
+    after = after if after > _TINY else min(after, 0.0)
     if length > 0.0:
         return Move(x, y, length, x / length, y / length, before, after)
     return Move(0.0, 0.0, 0.0, 1.0, 0.0, before, after)
@@ -174,7 +178,9 @@ def slipped(x: float, y: float, move: Move, length: float, low: float, high: flo
     if low == high and length <= low:
         return _turned(along, across, move, length, low)
     grown = (high - low) / low
-    if grown <= -1.0:
+    if length == 0.0:
+        tau = 0.0
+    elif grown <= -1.0:
         tau = _ENDLESS
     elif abs(grown) < 1e-5:
         tau = length / low * (1.0 - grown * (0.5 - grown / 3.0))
@@ -244,7 +250,9 @@ def advanced(x: float, y: float, label: float, move: Move, slips: bool) -> Sprin
     if begin >= until:
         if high <= 0.0:
             return Spring(0.0, 0.0, 0.0, 0.0)
-        return Spring(x + move.x, y + move.y, 0.0, 0.0)
+        x, y = x + move.x, y + move.y
+        part = high / math.sqrt(x * x + y * y)  # beyond its limit by rounding
+        return Spring(part * x, part * y, 0.0, 0.0)
     if begin > 0.0:
         x, y = x + begin * move.x, y + begin * move.y
         low += begin * change
@@ -425,7 +433,7 @@ def _run(
         # rows at constant depth: springs inside stick, and those up to the edge are advanced together
         inside = touching = 0
         if slips and before == after and move.length > 0.0:
-            touching = np.searchsorted(labels, after)
+            touching = int(np.searchsorted(labels, move.after))
             inside = _first_beyond(labels, vectors, touching, move)
             _level(labels, vectors, inside, touching, move, ahead)
         for i in range(labels.size):

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from pymdr.errors import PathError, ProblemError
-from pymdr.line.moved import BEFORE, NOW, Moved, OnNormal
+from pymdr.line.moved import BEFORE, NOW, Moved, OnNormal, beyond
 from pymdr.line.plane import layout as at
 from pymdr.line.plane.springs import PlaneLaw, Springs
+from pymdr.problem.values import LARGEST
 from pymdr.units import FloatArray, shown
 
 _AT_LIMIT = 1.0 - 1e-12
@@ -48,8 +49,8 @@ class PlaneContacts(OnNormal):
         """Go with one contact straight to an indentation and a shift (x, y) in m; F_N, F_x and F_y in N."""
         x, y = _pair(shift)
         x, y = float(x), float(y)
-        if not (math.isfinite(x) and math.isfinite(y)):
-            raise PathError(f"Stepper.advance: shift = ({x:g}, {y:g}) m; finite values are needed")
+        if not (abs(x) <= LARGEST and abs(y) <= LARGEST):
+            raise beyond(f"shift = ({x:g}, {y:g}) m")
         vectors, memory = self._own
         normal, _ = self.normal.advance(depth, 0.0, None)
         f_x, f_y = self._steps.step(*self.body, vectors[0], memory[0], (depth, x, y), self.slips)
@@ -62,11 +63,10 @@ class PlaneContacts(OnNormal):
         targets, forces = np.empty((3, self.count)), np.empty((2, self.count))
         targets[0] = depth
         targets[1], targets[2] = _pair(shift)
-        if not np.isfinite(targets).all():
-            i = int(np.argmin(np.isfinite(targets).all(axis=0)))
-            raise PathError(
-                f"Stepper.advance: shift = ({targets[1, i]:g}, {targets[2, i]:g}) m; finite values are needed"
-            )
+        known = (np.abs(targets) <= LARGEST).all(axis=0)
+        if not known.all():
+            i = int(np.argmin(known))
+            raise beyond(f"shift = ({targets[1, i]:g}, {targets[2, i]:g}) m")
         normal, _ = self.normal.advance_all(depth, 0.0, None)
         given = *self.body, *self._own, targets, self.slips, forces
         self.threads.run(lambda some: self._steps.step_all(*given, some))
