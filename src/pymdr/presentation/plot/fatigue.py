@@ -62,7 +62,7 @@ def fatigue_study(
         drawn = axes.contourf(
             along, across, values.clip(0.0, top), levels=np.linspace(0.0, top, _LEVELS + 1), cmap="magma"
         )
-        figure.colorbar(drawn, ax=axes, label=draw.axis_label(name, value_unit))
+        draw.colour_bar(drawn, axes, draw.axis_label(name, value_unit))
         radius = float(draw.lengths(np.array([contact_radius]), unit)[0])
         if surface:
             angle = np.linspace(0.0, 2.0 * math.pi, 181)

@@ -125,7 +125,7 @@ def stress_section(bodies: Sequence[StressedBody], contact_radius: float, outer_
         axes = figure.subplots()
         scale = _scale_of(bodies)
         drawn = _draw_section(axes, bodies, scale, (contact_radius, outer_radius))
-        figure.colorbar(drawn, ax=axes, label=draw.axis_label(scale.name, scale.unit), aspect=25, shrink=0.9)
+        draw.colour_bar(drawn, axes, draw.axis_label(scale.name, scale.unit), aspect=25, shrink=0.9)
     return figure
 
 
@@ -146,9 +146,7 @@ def stress_figure(bodies: Sequence[StressedBody], contact_radius: float, outer_r
         section = figure.add_subplot(grid[:, 0])
         scale = _scale_of(bodies)
         drawn = _draw_section(section, bodies, scale, (contact_radius, outer_radius))
-        figure.colorbar(
-            drawn, ax=section, label=draw.axis_label(scale.name, scale.unit), aspect=30, shrink=0.85
-        )
+        draw.colour_bar(drawn, section, draw.axis_label(scale.name, scale.unit), aspect=30, shrink=0.85)
         centre, surface = figure.add_subplot(grid[0, 1]), figure.add_subplot(grid[1, 1])
         _draw_lines(centre, [(body.side, body.axis) for body in bodies if body.axis is not None], "z", scale)
         centre.set_xlabel(draw.with_unit(DEPTH.label, scale.length))
@@ -332,7 +330,7 @@ def write_stress_animation(
         FigureCanvasAgg(figure)
         left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
         drawn = _draw_section(left, frames[0].bodies, scale, frames[0].radii)
-        figure.colorbar(drawn, ax=left, label=draw.axis_label(scale.name, scale.unit), aspect=25, shrink=0.9)
+        draw.colour_bar(drawn, left, draw.axis_label(scale.name, scale.unit), aspect=25, shrink=0.9)
         right.plot(x, y, color=draw.GREY, lw=1.0)
         (point,) = right.plot(x[rows[:1]], y[rows[:1]], "o", color=draw.ORANGE, ms=7)
         right.set_xlabel(draw.axis_label(str(history[0].name), x_unit))

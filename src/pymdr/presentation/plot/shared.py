@@ -22,6 +22,7 @@ from pymdr.units import FloatArray, from_si, good_unit, written
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes as Axes
+    from matplotlib.contour import ContourSet
     from matplotlib.figure import Figure as Figure
 
 IntArray = NDArray[np.int_]
@@ -51,6 +52,7 @@ STYLE: Any = {
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.titlesize": SMALL,
+    "axes.titley": 1.0,  # no numbers stand above panels: titles need not be moved over them
     "figure.dpi": 150,  # of written figures
     "font.family": "DejaVu Sans",  # a list of families is searched for each text
     "font.size": 9,
@@ -141,11 +143,13 @@ def new_figure(
     Panels of one grid with numbers and legends above them may be placed by estimated lengths of their labels.
     """
     import matplotlib as mpl
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     from pymdr.presentation.plot.drawing import Drawing, EstimatedLayout
 
     with mpl.rc_context(STYLE):
         figure = Drawing(figsize=(width, height), layout=EstimatedLayout() if estimated else "constrained")
+        FigureCanvasAgg(figure)  # remembers what it measured of formulas
         yield figure
         if letters:
             letter_panels(figure)
@@ -305,6 +309,13 @@ def legend_above(axes: Axes, title: str | None = None) -> None:
         )
         if legend.get_window_extent().width <= 0.9 * axes.bbox.width:
             return
+
+
+def colour_bar(levels: ContourSet, axes: Axes, label: str, **shape: Any) -> None:
+    """A bar of the colours between levels, with round numbers at it."""
+    from matplotlib.ticker import MaxNLocator
+
+    levels.axes.figure.colorbar(levels, ax=axes, label=label, ticks=MaxNLocator(6), **shape)
 
 
 def typeset(value: float, unit: str = "", digits: int = 4) -> str:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import atexit
 import gc
+import sys
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Annotated
 
@@ -38,15 +40,7 @@ from pymdr.workbench.cli.surfaces import press, rough
 from pymdr.workbench.cli.sweep import sweep
 from pymdr.workbench.cli.verify import verify
 
-app = typer.Typer(
-    help="Contact mechanics by the Method of Dimensionality Reduction (MDR).",
-    no_args_is_help=True,
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,
-    add_completion=True,
-)
-
-for command in (
+_COMMANDS = (
     run,
     new,
     schema,
@@ -81,11 +75,10 @@ for command in (
     move,
     table,
     plot,
-):
-    app.command("yield" if command is yields else None, cls=Once)(command)
+)
+"""In the order of the help."""
 
 
-@app.callback(invoke_without_command=True)
 def before_commands(
     show: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False,
     plugins: Annotated[
@@ -108,6 +101,26 @@ def before_commands(
         raise typer.Exit(OK)
 
 
+def _name(command: Callable[..., None]) -> str:
+    return "yield" if command is yields else command.__name__.replace("_", "-")
+
+
+def _program_of(commands: Iterable[Callable[..., None]]) -> typer.Typer:
+    program = typer.Typer(
+        help="Contact mechanics by the Method of Dimensionality Reduction (MDR).",
+        no_args_is_help=True,
+        pretty_exceptions_enable=False,
+        rich_markup_mode=None,
+        add_completion=True,
+    )
+    for command in commands:
+        program.command(_name(command), cls=Once)(command)
+    program.callback(invoke_without_command=True)(before_commands)
+    return program
+
+
+app = _program_of(_COMMANDS)
+
 _ALLOCATIONS = 500_000
 """Allocations between garbage collections; modules and figures live until the command ends, so more find little."""
 
@@ -117,8 +130,10 @@ def main() -> None:
     gc.set_threshold(_ALLOCATIONS)
     # the interpreter's last search for garbage visits all modules, a quarter of the CPU time of a short command
     atexit.register(gc.freeze)
+    # a command is a tenth of the time that all take to set up
+    named = [command for command in _COMMANDS if _name(command) in sys.argv[1:2]]
     try:
-        app()
+        (_program_of(named) if named else app)()
     except (PymdrError, MemoryError) as error:
         print_error(error_text(error))
         raise SystemExit(exit_status(error)) from None
