@@ -49,11 +49,6 @@ def relative_uncertainty(given: QuantityLike, value: float, unit: str, name: str
     name : str
         For messages.
 
-    Raises
-    ------
-    ProblemError
-        If it is not above 0 and at most half of the value.
-
     Examples
     --------
     >>> relative_uncertainty("10 %", 0.05, "N/m", "spring_constant")

@@ -10,6 +10,7 @@ import numpy as np
 
 from pymdr.deferred import mpl, xr
 from pymdr.errors import ProblemError, PymdrError, QuantityError
+from pymdr.presentation import plot
 from pymdr.problem.contact import Contact
 from pymdr.problem.parameters import parameters_of
 from pymdr.quantities import one_name
@@ -86,9 +87,7 @@ class LawComparison(Answer):
 
     def _figure(self) -> mpl.figure.Figure:
         """The record with the models of all laws, and the residuals of each."""
-        from pymdr.presentation.plot import weighed_laws
-
-        return weighed_laws({name: one.data for name, one in self.fits.items()}, self.weights)
+        return plot.weighed_laws({name: one.data for name, one in self.fits.items()}, self.weights)
 
 
 def compare_laws(
@@ -214,8 +213,6 @@ def _fits_of(
 
 def _weighed(fits: Mapping[str, FitResult], criteria: Mapping[str, float]) -> xr.Dataset:
     """The laws with their weights, the most likely first."""
-    import xarray as xr
-
     order = sorted(criteria, key=lambda name: criteria[name])
     above = np.array([criteria[name] for name in order])
     above -= above[0]

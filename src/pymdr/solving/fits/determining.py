@@ -27,14 +27,7 @@ _BEYOND = 1e6
 
 
 def refuse_undetermined(search: Search, free: FloatArray, slopes: FloatArray) -> None:
-    """
-    Refuse unknowns that the records cannot distinguish.
-
-    Raises
-    ------
-    ProblemError
-        With the combination that they determine.
-    """
+    """Refuse unknowns that the records cannot distinguish."""
     own, sizes = _own_slopes(search, slopes)
     left = np.linalg.norm(own, axis=0)
     undetermined = left <= _INDISTINCT * np.maximum(sizes, sizes.max())
@@ -48,13 +41,7 @@ def refuse_undetermined(search: Search, free: FloatArray, slopes: FloatArray) ->
 
 
 def refuse_equal_works(search: Search, free: FloatArray) -> None:
-    """
-    Refuse hysteresis of adhesion that the records do not show, with the work of a law without it.
-
-    Raises
-    ------
-    ProblemError
-    """
+    """Refuse hysteresis of adhesion that the records do not show, with the work of a law without it."""
     if not search.contact.has_edge_history or WORKS[1] not in search.names:
         return
     law = put_into(search.contact, search.unknowns, search.from_free(free)[0]).adhesion
@@ -72,11 +59,6 @@ def refuse_noisy(search: Search, free: FloatArray, slopes: FloatArray, noise: fl
     Refuse sizes whose error by the noise of the records, in N, exceeds a factor of a thousand.
 
     For an adhesive edge with a history, a combination such as that of work and range is refused whose 95 % interval spans more than a factor of 4.
-
-    Raises
-    ------
-    ProblemError
-        With the combination that the records determine.
     """
     if not all(u.is_size for u in search.unknowns) or not search.unknowns:
         return

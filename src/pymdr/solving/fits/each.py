@@ -13,6 +13,7 @@ import numpy as np
 from pymdr.deferred import mpl, xr
 from pymdr.errors import ProblemError, PymdrError
 from pymdr.interpretation.validity import Assumption
+from pymdr.presentation import plot
 from pymdr.problem.contact import Contact
 from pymdr.problem.options import with_options
 from pymdr.problem.schedule import Progress
@@ -102,20 +103,18 @@ class FittedCurves(Study):
 
     def _sheets(self) -> list[tuple[str, Callable[[], mpl.figure.Figure]]]:
         """Captions of sheets of small figures of all records, and what draws them."""
-        from pymdr.presentation.plot import sheet_of_records
-
         sheets: list[tuple[str, Callable[[], mpl.figure.Figure]]] = []
         names = list(self.fits)
         for first in range(0, len(names), _ON_SHEET):
             some = {name: self.fits[name].data for name in names[first : first + _ON_SHEET]}
-            sheets.append((f"Records {first + 1} to {first + len(some)}", partial(sheet_of_records, some)))
+            sheets.append(
+                (f"Records {first + 1} to {first + len(some)}", partial(plot.sheet_of_records, some))
+            )
         return sheets
 
     def _figure(self) -> mpl.figure.Figure:
         """The parameters of all records with their intervals, by group."""
-        from pymdr.presentation.plot import fitted_groups
-
-        return fitted_groups(
+        return plot.fitted_groups(
             self.data, {name: study.data for name, study in self.statistics.items()}, self.names
         )
 
@@ -216,8 +215,6 @@ def _study(
     reasons: Mapping[str, str],
     groups: Mapping[str, str],
 ) -> FittedCurves:
-    import xarray as xr
-
     names = tuple(u.name for u in next(iter(fits.values())).search.unknowns)
     curves = list(reasons)
     columns: dict[str, tuple[list[float], str]] = {}

@@ -69,14 +69,7 @@ def solve_edge(contact: Contact, time: FloatArray | None, position: FloatArray, 
 
 
 def onset(contact: Contact, curve: MeasuredCurve) -> tuple[float, float]:
-    """
-    Approximate contact point in m and baseline in N of a record, from its first force.
-
-    Raises
-    ------
-    ProblemError
-        If the record begins in contact.
-    """
+    """Approximate contact point in m and baseline in N of a record, from its first force."""
     level, felt = _felt(curve, curve.force)
     first = int(np.argmax(felt))
     if first < _FEWEST:

@@ -237,11 +237,6 @@ def forces_of(
         Times in s of the samples, needed for bodies with memory.
     zone : ZoneLevel
         Resolution of cohesive zones with memory.
-
-    Raises
-    ------
-    ProblemError
-        If the contact has a memory without times, or adhesion with several stable branches.
     """
     if contact.is_viscoelastic and time is None:
         raise ProblemError(

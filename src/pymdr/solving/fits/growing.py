@@ -10,6 +10,7 @@ import numpy as np
 
 from pymdr.deferred import mpl, xr
 from pymdr.errors import ProblemError, PymdrError
+from pymdr.presentation import plot
 from pymdr.problem.contact import Contact
 from pymdr.solving.curves import MeasuredCurve
 from pymdr.solving.fits.fitting import fit
@@ -58,9 +59,7 @@ class RangeStudy(Study):
 
     def _figure(self) -> mpl.figure.Figure:
         """The record with its contact point, and the parameters over the range."""
-        from pymdr.presentation.plot import growing_ranges
-
-        return growing_ranges(self.whole.data, self.data, self.names)
+        return plot.growing_ranges(self.whole.data, self.data, self.names)
 
 
 def fit_over_indentation(
@@ -114,8 +113,6 @@ def fit_over_indentation(
     >>> study["body.young"].values.round(3).tolist()
     [1000.0, 1000.0, 1000.0, 1000.0]
     """
-    import xarray as xr
-
     if type(steps) is not int or not _LEAST <= steps <= _MOST:
         raise ProblemError(f"steps = {steps!r} (limits {_LEAST} and {_MOST}); give a whole number")
     if not isinstance(curve, MeasuredCurve) or contact.friction is not None or contact.is_viscoelastic:

@@ -94,11 +94,6 @@ def shear_record(data: xr.Dataset) -> ShearRecord:
     data : xarray.Dataset
         With ``shift``, ``tangential_force`` and ``normal_force`` or ``indentation`` over one dimension, in the units of their
         attributes, or in SI units; ``used`` is false at samples that are not compared.
-
-    Raises
-    ------
-    ProblemError
-        If a column is missing, has another size or unit, or contains NaN.
     """
     channel = next((name for name in NORMAL if name in data), None)
     missing = [name for name in ("shift", "tangential_force") if name not in data]

@@ -16,6 +16,7 @@ from pymdr.errors import ProblemError
 from pymdr.interpretation.theories import theory_of
 from pymdr.interpretation.validity import Assumption, Claim
 from pymdr.numerics.panels import IndexArray
+from pymdr.presentation import plot
 from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.options import with_options
 from pymdr.problem.parameters import with_parameters
@@ -178,9 +179,7 @@ class FittedMap(Study):
 
     def _figure(self) -> mpl.figure.Figure:
         """A panel per value and one for the noise: images of grids, else points."""
-        from pymdr.presentation.plot import fitted_map
-
-        return fitted_map(self.data, (*self.names, "noise"))
+        return plot.fitted_map(self.data, (*self.names, "noise"))
 
 
 @with_options(FitOptions)
@@ -309,8 +308,6 @@ def _request(
 
 
 def _interpreted(request: FitRequest, records: Records, fitted: FittedStretch) -> FittedMap:
-    import xarray as xr
-
     columns = fitted.columns
 
     units = {**request.units, "ending": ""}

@@ -166,13 +166,7 @@ def samples_off_jumps(
 
 
 def refuse_unsettled(minimum: Minimum) -> None:
-    """
-    Refuse a search that did not converge.
-
-    Raises
-    ------
-    ConvergenceError
-    """
+    """Refuse a search that did not converge."""
     if minimum.creeps:
         raise ConvergenceError(f"fit: the search did not converge: {minimum.message}, or give bounds in free")
     if not minimum.settled:

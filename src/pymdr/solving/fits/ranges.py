@@ -35,14 +35,7 @@ class FewSamplesError(ProblemError):
 
 
 def limits_of(fit_range: Mapping[str, QuantityLike]) -> dict[str, float]:
-    """
-    The largest indentation in m and force in N of a fit range.
-
-    Raises
-    ------
-    ProblemError
-        If a key is unknown, or a limit is not above 0.
-    """
+    """The largest indentation in m and force in N of a fit range."""
     if not isinstance(fit_range, Mapping) or not fit_range or set(fit_range) - set(_UNITS):
         raise ProblemError(
             f"fit_range = {shown(fit_range)}; give the largest indentation, the largest force or both, such as "

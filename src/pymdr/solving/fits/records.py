@@ -178,8 +178,6 @@ def records_of(curves: Any) -> Records:
     FileError
         If the store cannot be read.
     """
-    import xarray as xr
-
     if isinstance(curves, str | os.PathLike):
         return records_of(_opened(curves))
     if isinstance(curves, xr.Dataset):
@@ -194,14 +192,7 @@ def records_of(curves: Any) -> Records:
 
 
 def zarr() -> Any:
-    """
-    The package zarr.
-
-    Raises
-    ------
-    MissingExtraError
-        If it is not installed.
-    """
+    """The package zarr."""
     try:
         import zarr as package
     except ImportError as error:
@@ -211,8 +202,6 @@ def zarr() -> Any:
 
 def _opened(file: str | os.PathLike[str]) -> xr.Dataset:
     """The dataset of a Zarr store."""
-    import xarray as xr
-
     zarr()
     try:
         dataset: xr.Dataset = xr.open_zarr(file, chunks=None, consolidated=False)

@@ -12,6 +12,7 @@ import numpy as np
 
 from pymdr.deferred import mpl, xr
 from pymdr.errors import QuantityError
+from pymdr.presentation import plot
 from pymdr.problem.codec import encode
 from pymdr.problem.contact import Contact
 from pymdr.quantities import one_name, parameter_label
@@ -219,9 +220,7 @@ class FitResult(Answer):
 
     def _figure(self) -> mpl.figure.Figure:
         """The curves with their model, and the residuals."""
-        from pymdr.presentation.plot import fitted_curves
-
-        return fitted_curves(
+        return plot.fitted_curves(
             self.data,
             [f"{parameter_label(name)}{str(one).removeprefix(name)}" for name, one in self.values.items()],
         )

@@ -84,11 +84,6 @@ def starts(
         The known origins.
     count : int
         Number of starts.
-
-    Raises
-    ------
-    ProblemError
-        If no combination can be solved; with the message of the last one.
     """
     if isinstance(curve, ShearRecord):
         return _sheared_starts(contact, unknowns, curve, known, count)

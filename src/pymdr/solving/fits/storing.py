@@ -115,8 +115,6 @@ class Kept:
         self._names = (*request.units, "ending")
 
     def _make(self, request: FitRequest, records: Records, chunk: int) -> None:
-        import xarray as xr
-
         inner = records.shape[1:]
         chunks = (chunk // math.prod(inner), *inner)
         for name, unit in request.units.items():

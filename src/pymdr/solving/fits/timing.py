@@ -36,11 +36,6 @@ def refuse_untimed(
         In their units.
     times : sequence of ndarray
         Times of the samples of each record in s.
-
-    Raises
-    ------
-    ProblemError
-        With what the records determine: the product of modulus and time of a fast relaxation, the sum with the equilibrium modulus of a slow one.
     """
     step = min(float(np.diff(one).min()) for one in times)
     span = max(float(np.ptp(one)) for one in times)

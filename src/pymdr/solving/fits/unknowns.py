@@ -83,11 +83,6 @@ def unknowns_of(contact: Contact, free: Free) -> tuple[Unknown, ...]:
     contact : Contact
     free : sequence of str, or mapping of str to pair of quantities or None
         Dotted names, with bounds if there are any.
-
-    Raises
-    ------
-    ProblemError
-        If none is named, the contact has no such parameter, or bounds do not increase.
     """
     if isinstance(free, str):
         free = [free]
