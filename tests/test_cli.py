@@ -727,11 +727,14 @@ def test_rough_surfaces_from_the_shell(rough, tmp_path, shell):
         assert words in error, error
         assert len(error.splitlines()) == 1
     rough.write_text(text)
-    assert "exactly one" in shell("rough", rough)[2]
+    assert "give exactly one of --normal-force and --indentation" in shell("rough", rough)[2]
     assert "write --normal-force '-3 N'" in shell("rough", rough, "--normal-force", "-3")[2]
     assert "above 0 N" in shell("rough", rough, "--normal-force", "-3 N")[2]
     assert "--points 1" in shell("rough", rough, "--normal-force", "1 N", "--points", "1")[2]
-    assert "use pymdr rough" in shell("check", rough)[2]
+    assert "use pymdr rough" in shell("run", rough)[2]
+    status, answer, _ = shell("check", rough)
+    assert status == 0
+    assert "pymdr rough if it is random" in answer
 
 
 PRESS = """
@@ -984,3 +987,20 @@ def test_rough_surfaces_refuse_bodies_with_memory_by_their_table(tmp_path, shell
     assert status == 1
     assert f"[{table}] kind = 'viscoelastic': rough surfaces are pressed on homogeneous elastic" in error
     assert len(error.splitlines()) == 1
+
+
+def test_an_output_that_is_a_file_is_refused_before_the_work(tmp_path, monkeypatch, shell):
+    place = tmp_path / "taken"
+    place.write_text("x")
+    case = tmp_path / "ball.toml"
+    case.write_text(
+        "[profile]\nkind = 'sphere'\nradius = '10 mm'\n[body]\nkind = 'elastic'\nyoung = '1 MPa'\npoisson = 0.5\n"
+    )
+    monkeypatch.setattr("pymdr.solving.impacts.impact", None)
+    monkeypatch.setattr("pymdr.solving.impacts.restitution", None)
+    for speeds in (["1 m/s"], ["1 m/s, 2 m/s"]):
+        status, _, error = shell("impact", case, "--mass", "1 g", "--speed", *speeds, "-o", place)
+        assert status == 1
+        assert "taken: it is a file; choose another folder with -o DIR" in error
+    assert "give --to, such as --to '1 um'" in shell("law", case)[2]
+    assert "[path] is missing; add a leg, such as [[path]] with" in shell("run", case)[2]

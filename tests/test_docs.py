@@ -86,6 +86,12 @@ def test_blocks_run(page, tmp_path, monkeypatch):
         exec(compile(block, page, "exec"), space)
 
 
+def test_every_block_of_the_readme_runs_alone(capsys):
+    for block in blocks(DOCS.parent / "README.md"):
+        exec(compile(block, "README.md", "exec"), {"__name__": "readme"})
+    assert "PULLED_OFF" in capsys.readouterr().out
+
+
 @pytest.fixture
 def quartic(tmp_path, monkeypatch, kinds):
     """The file that the page on contributing has people write."""

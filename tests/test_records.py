@@ -18,6 +18,7 @@ from drawing import examples
 from pymdr.problem.paths import named_channels
 from pymdr.workbench.cli import app
 from pymdr.workbench.records import turning_points
+from pymdr.workbench.tables import read_rheometry
 
 JOINT = mdr.Contact(mdr.Sphere("10 mm"), STEEL, STEEL, friction=mdr.Coulomb(0.3))
 
@@ -554,3 +555,30 @@ def test_loops_name_the_rows_outside_of_cycles_and_open_loops():
         xr.Dataset({"shift": ("step", again), "tangential_force": ("step", again)})
     ).notes
     assert [note.split(" are")[0] for note in closed] == ["rows 1 to 1 and 5 to 5 of 5"]
+
+
+def test_a_tangential_force_without_shift_is_refused_with_the_columns_it_has(tmp_path):
+    t = np.linspace(0.0, 3.0, 301)
+    rows = [f"{a:.3f},50,{np.sin(6.283 * a):.6f},{np.sin(6.283 * a + 0.1):.6f}" for a in t]
+    rig = tmp_path / "rig.csv"
+    rig.write_text("\n".join(["time [s],load [N],displacement [um],friction force [N]", *rows]))
+    words = r"no shift \(it has time, indentation, normal_force, tangential_force\); name the column .* 'shift \[um\]'"
+    for verb in (mdr.measured_loops, mdr.fretting_log):
+        with pytest.raises(mdr.ProblemError, match=words):
+            verb(mdr.read_record(rig))
+    rig.write_text("\n".join(["time [s],load [N],shift [um],friction force [N]", *rows[::-1]]))
+    assert "run backward in time" in " ".join(mdr.measured_loops(mdr.read_record(rig)).notes)
+
+
+def test_frequency_sweeps_may_fall(tmp_path):
+    w = np.geomspace(0.1, 1e3, 41)
+    rubber = mdr.StandardSolid("1 MPa", "3 MPa", "20 ms")
+    rows = [
+        f"{a / (2 * np.pi)},{b},{c}" for a, b, c in zip(w, rubber.storage(w), rubber.loss(w), strict=True)
+    ]
+    times = []
+    for name, order in (("up.csv", 1), ("down.csv", -1)):
+        (tmp_path / name).write_text("\n".join(["frequency [Hz],G' [Pa],G'' [Pa]", *rows[::order]]))
+        times.append(mdr.Prony.from_dma(*read_rheometry(tmp_path / name).values()).times)
+    assert times[0] == pytest.approx(times[1], rel=1e-12)
+    assert times[0] == pytest.approx([0.02], rel=1e-6)

@@ -368,11 +368,11 @@ def bodies_of(line: Line) -> tuple[str, str]:
 
 def _layers_in_words(body: Layered) -> str:
     kind = "a viscoelastic layer" if body.is_viscoelastic else "an elastic layer"
-    several = f"{len(body.layers)}{kind[kind.index(' ') :]}s bonded to one another"
+    several = f"{len(body.layers)}{kind[kind.index(' ') :]}s bonded to one another and"
     stack = kind if len(body.layers) == 1 else several
     base = "rigid base" if isinstance(body.base, Rigid) else "elastic half-space"
     base_bond = (
-        f"bonded to a {base}"
+        f"{'bonded ' * (len(body.layers) == 1)}to a {base}"
         if body.bond == "bonded"
         else f"that may slide on a {base} but not lift off it (bilateral)"
     )

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from pymdr import presentation
 from pymdr.deferred import xr
-from pymdr.errors import QuantityError
+from pymdr.errors import QuantityError, UnitError
 from pymdr.interpretation.validity import Claim
 from pymdr.quantities import AXES, Quantity, quantity
 from pymdr.units import FloatArray, from_si, shown
@@ -145,7 +145,10 @@ def titled_columns(
     for name in map(str, table):
         values, own = table[name].values, quantity(name).unit
         unit = units.get(name, own)
-        given = values if unit == own else from_si(values, own, unit)
+        try:
+            given = values if unit == own else from_si(values, own, unit)
+        except UnitError as error:
+            raise UnitError(f"unit of {name}: {error}") from error
         columns[f"{name} [{unit}]" if unit else name] = given.astype(int) if given.dtype == bool else given
     return presentation.tables.with_error_columns(columns, claims)
 

@@ -250,9 +250,9 @@ def read_machine_case(file: str | os.PathLike[str]) -> MachineCase:
     return _decoded(file, lambda plain, source: decode_machine(_with_tables(plain, source.parent)))
 
 
-def is_of_machine(file: str | os.PathLike[str]) -> bool:
-    """Whether a case file has the table ``[machine]``."""
-    return "machine" in _tables(named_file(file, "read"))
+def has_table(file: str | os.PathLike[str], name: str) -> bool:
+    """Whether a case file has a table, such as ``[machine]`` or ``[surface]``."""
+    return name in _tables(named_file(file, "read"))
 
 
 def _decoded(file: str | os.PathLike[str], decode: Callable[[dict[str, Any], Path], Read]) -> Read:

@@ -17,7 +17,7 @@ from pymdr.result import Result
 from pymdr.solving.loops import friction_loop, loops_at_loads
 from pymdr.solving.study import Column, Study, over_rows
 from pymdr.units import FloatArray, QuantityLike, newtons, shown, to_si, written
-from pymdr.workbench.records import backward_loops, measured_loops
+from pymdr.workbench.records import backward_loops, measured_loops, refuse_without_shift
 
 _HERTZ = 0.2
 """Energy ratio W/(4 F u) of a paraboloid at the limit of gross slip, 8 (1 - 2/5) - 4 over 4."""
@@ -210,7 +210,9 @@ def _read(
 ) -> tuple[xr.Dataset, xr.Dataset]:
     """A record, and its shift and force in SI units without the deflection of the machine."""
     data = record.data if isinstance(record, Result) else record
-    if not isinstance(data, xr.Dataset) or "shift" not in data or "tangential_force" not in data:
+    if isinstance(data, xr.Dataset):
+        refuse_without_shift("fretting_log", data)
+    if not isinstance(data, xr.Dataset) or "tangential_force" not in data:
         raise ProblemError(
             "fretting_log: a record with shift and tangential_force is needed, such as read_record returns"
         )

@@ -12,7 +12,7 @@ from pymdr.result import Result
 from pymdr.solving.assessing import assess
 from pymdr.solving.exporting import ContactLaw, check_lawful, export_law
 from pymdr.units import shown
-from pymdr.workbench.casefile import read_case, read_contact
+from pymdr.workbench.casefile import read_case, read_contact, read_tables
 
 
 def law_of_case(
@@ -33,6 +33,10 @@ def law_of_case(
     if to is not None:
         title, contact = read_contact(case)
         return title, export_law(contact, to, tolerance=tolerance, tangential=tangential, springs=springs)
+    if "path" not in read_tables(case):
+        raise CaseError(
+            f"{case}: without [[path]] the largest indentation is unknown; give --to, such as --to '1 um'"
+        )
     request = read_case(case)
     check_lawful(request.contact, tolerance)
     deepest = assess(request.contact, request.path, **request.options).largest.get("indentation", 0.0)

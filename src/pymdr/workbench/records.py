@@ -226,7 +226,7 @@ def backward_loops(displacement: str, force: str, loss: np.ndarray) -> list[str]
         return []
     return [
         f"{backward} of {loss.size} cycles give energy in place of dissipating it ({written(float(np.median(loss)), 'J')} per cycle): {displacement} and "
-        f"{force} are interchanged, or one of them has the opposite sign; exchange the columns or turn a sign"
+        f"{force} are interchanged, one of them has the opposite sign, or the rows run backward in time; exchange the columns, turn a sign or reverse the rows"
     ]
 
 
@@ -308,8 +308,18 @@ def _peak_shear(result: Result, row: int) -> float:
     return float(max(np.nanmax(np.abs(values)) for values in (grid.values, at_edge.values)))
 
 
+def refuse_without_shift(who: str, data: xr.Dataset) -> None:
+    """Refuse a tangential force without the displacement on which it works, which tables often call displacement."""
+    if "tangential_force" in data and "shift" not in data:
+        raise ProblemError(
+            f"{who}: the record has a tangential force but no shift (it has {', '.join(map(str, data))}); name the column of the tangential "
+            "displacement shift, such as 'shift [um]': 'displacement' is the indentation"
+        )
+
+
 def _pair(data: xr.Dataset) -> tuple[str, str]:
     """The displacement of a record and the force that is conjugate to it."""
+    refuse_without_shift("measured_loops", data)
     for displacement, force in _PAIRS:
         if displacement in data and force in data:
             return displacement, force

@@ -123,7 +123,7 @@ def read_rheometry(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
     ----------
     file : path
         With the columns time and G or E, or frequency (Hz) or angular frequency (rad/s) with G' and G'' or E' and E''; tan delta
-        may replace one of the two.
+        may replace one of the two. Frequencies may rise or fall.
 
     Returns
     -------
@@ -143,6 +143,8 @@ def read_rheometry(file: str | os.PathLike[str]) -> dict[str, FloatArray]:
         columns["angular_frequency"] = 2.0 * np.pi * columns.pop("frequency")
     if "angular_frequency" in columns:
         columns["omega"] = columns.pop("angular_frequency")
+    if "omega" in columns and (np.diff(columns["omega"]) < 0.0).all():
+        columns = {name: values[::-1] for name, values in columns.items()}
     tangent = columns.pop("loss_tangent", None)
     for storage, loss in (("storage", "loss"), ("young_storage", "young_loss")):
         if tangent is not None and storage in columns and loss not in columns:

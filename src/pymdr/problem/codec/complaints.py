@@ -91,7 +91,12 @@ def _complaint(item: Mapping[str, Any], loc: list[Any], plain: Mapping[str, Any]
             hint = _hint(key, _known_keys(loc[:-1], plain))
             return f"{where}{key} = {shown(item['input'])}: unknown {'key' if table else 'table'}; {hint}"
         case "missing":
-            return f"{where}{f'key {key!r} is missing' if table else f'table [{key}] is missing'}"
+            leg = (
+                "; add a leg, such as [[path]] with kind = 'load', normal_force = '50 N'"
+                if key == "path"
+                else ""
+            )
+            return f"{where}{f'key {key!r} is missing' if table else f'table [{key}] is missing{leg}'}"
         case "union_tag_not_found":
             return f"[{' '.join(path)}] key 'kind' is missing; one of {_kinds_for(loc)} is needed"
         case "union_tag_invalid":

@@ -187,7 +187,10 @@ class Sampled(Profile):
                     f"Sampled: {values.size} entries of {name} for {r.size} radii; give one entry per radius"
                 )
         if r[0] != 0.0:
-            raise ProblemError(f"Sampled.radius begins at {metres(r[0])}: it must begin at 0 m, the apex")
+            order = "; reverse the order of the samples" if r[-1] == 0.0 else ""
+            raise ProblemError(
+                f"Sampled.radius begins at {metres(r[0])}: it must begin at 0 m, the apex{order}"
+            )
         _refuse_unsorted(r)
         if self.scatter is not None and np.any(self.scatter < 0.0):
             raise ProblemError(f"Sampled.scatter = {metres(self.scatter.min())}: it must be at least 0 m")

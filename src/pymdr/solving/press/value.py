@@ -32,6 +32,17 @@ FORMAT = "pymdr pressed surface 1"
 _FIELDS = {**MAPS, "contact": ""}
 
 
+_WITH_ERRORS = (
+    "normal_force",
+    "indentation",
+    "normal_stiffness",
+    "contact_area",
+    "thermal_conductance",
+    "electrical_resistance",
+)
+"""Columns whose errors the summary prints."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class PressedSurface(Study):
     """Force, indentation, stiffness and area of a pressed surface, with its pressures and gaps."""
@@ -149,9 +160,9 @@ class PressedSurface(Study):
         attrs = self.data.attrs
         nx, ny = attrs["points"]
         errors = [
-            f"{self.columns[name].label} {100.0 * float(np.nanmin(e)):.2g} to {100.0 * float(np.nanmax(e)):.2g} %"
-            for name in ("normal_force", "indentation", "normal_stiffness", "contact_area")
-            if (e := self.claims[name].error) is not None
+            f"{self.columns[name].label} {' to '.join(dict.fromkeys(f'{100.0 * float(end(e)):.2g}' for end in (np.nanmin, np.nanmax)))} %"
+            for name in _WITH_ERRORS
+            if name in self.claims and (e := self.claims[name].error) is not None
         ]
         return [
             f"{attrs['engine']}, {nx} x {ny} pixels",

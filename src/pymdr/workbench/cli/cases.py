@@ -173,12 +173,13 @@ def check(case: CaseFile, quiet: Quiet = False, as_json: Json = False) -> None:
     """Validate a case and print its claims; write nothing."""
     from pymdr.quantities import quantity
     from pymdr.solving.assessing import assess
-    from pymdr.workbench.casefile import is_of_machine, read_case
+    from pymdr.workbench.casefile import has_table, read_case
 
     with failures_as_json("check", case, as_json):
-        if is_of_machine(case):
-            check_machine(case, quiet, as_json)
-            return
+        for table, checked in (("machine", check_machine), ("surface", _check_surface)):
+            if has_table(case, table):
+                checked(case, quiet, as_json)
+                return
         problem = read_case(case)
         assessment = assess(problem.contact, problem.path, **problem.options)
     status = assessment.status.name
@@ -203,6 +204,22 @@ def check(case: CaseFile, quiet: Quiet = False, as_json: Json = False) -> None:
         if not as_json:
             print_error(f"{case}: {status}: {assessment.status.value}")
         raise typer.Exit(REFUSED)
+
+
+def _check_surface(case: Path, quiet: bool, as_json: bool) -> None:
+    """Validate a case of a rough surface, which commands of their own solve."""
+    from pymdr.workbench.casefile import has_table, read_press_case, read_rough_case
+
+    is_ball = has_table(case, "ball")
+    title = read_rough_case(case).title if is_ball else read_press_case(case)[0].title
+    if as_json:
+        print_json(report("check", case, title=title, status="COMPLETED", rows=0))
+    elif not quiet:
+        print_text(title or f"{case} is a valid case.")
+        verbs = (
+            "pymdr rough solves it" if is_ball else "pymdr press solves it, and pymdr rough if it is random"
+        )
+        print_text(f"A rough surface; {verbs}.")
 
 
 def plot(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -60,9 +60,8 @@ def ready_folder(folder: Path) -> Iterator[Path]:
         probe.touch()
         probe.unlink()
     except OSError as error:
-        raise FileError(
-            f"cannot write into {folder}: {error.strerror or error}; choose another folder with -o DIR"
-        ) from error
+        why = "it is a file" if folder.is_file() else error.strerror or error
+        raise FileError(f"cannot write into {folder}: {why}; choose another folder with -o DIR") from error
     try:
         yield folder
     except BaseException:
@@ -71,6 +70,11 @@ def ready_folder(folder: Path) -> Iterator[Path]:
                 break
             place.rmdir()
         raise
+
+
+def ready_output(output: Path | None) -> AbstractContextManager[Path | None]:
+    """A writable folder, if one is given: before a command computes."""
+    return nullcontext() if output is None else ready_folder(output)
 
 
 def write_figure(figure: Figure, file: Path) -> Path:

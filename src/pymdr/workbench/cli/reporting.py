@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, get_type_hints
 import typer
 
 from pymdr.errors import PymdrError, RefusedError
-from pymdr.workbench.cli.folders import write_study
+from pymdr.workbench.cli.folders import ready_output, write_study
 from pymdr.workbench.cli.options import Json, Quiet, Table
 
 if TYPE_CHECKING:
@@ -42,6 +42,9 @@ _OF_SHELL = {
     " and spring_constant, such as": " and --spring-constant, such as",
     " and sensitivity, such as": " and --sensitivity, such as",
     "mark outliers (curve.mark_outliers()), ": "",
+    "give exactly one of normal_force and indentation": "give exactly one of --normal-force and --indentation",
+    "add it to quantities=": "add it with --quantity",
+    "missing='interpolate', 'crop' or 'keep'": "missing, 'interpolate', 'crop' or 'keep' (--missing, or a key of [surface])",
 }
 """Remedies in Python -> remedies of commands."""
 
@@ -270,7 +273,7 @@ def report_study(
     animate: bool = False,
 ) -> None:
     """Make a study with the title of its case, write and report it."""
-    with failures_as_json(command, case, as_json):
+    with failures_as_json(command, case, as_json), ready_output(output):
         title, study = make()
         written = write_study(study, output, command, animate=animate)
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pymdr.errors import ProblemError
-from pymdr.workbench.cli.folders import write_study
+from pymdr.workbench.cli.folders import ready_output, write_study
 from pymdr.workbench.cli.options import CaseFile, Json, Points, Quiet, Table, spread, values_of
 from pymdr.workbench.cli.reporting import (
     failures_as_json,
@@ -77,7 +77,7 @@ def impact(
     if len(speeds) > 1:
         report_study("impact", case, rebounds, output, quiet, as_json)
         return
-    with failures_as_json("impact", case, as_json):
+    with failures_as_json("impact", case, as_json), ready_output(output):
         if points is not None:
             spread(speed, points, "m/s", "speed")
         title, contact = read_contact(case)
@@ -120,8 +120,8 @@ def yields(
     title, contact = read_contact(case)
     return title, first_yield(
         contact,
-        strength=strength,
-        tensile_strength=tensile_strength or None,
+        strength=values_of(strength),
+        tensile_strength=values_of(tensile_strength or []) or None,
         bond_strength=bond_strength,
         side=side,
         force_ratio=force_ratio,

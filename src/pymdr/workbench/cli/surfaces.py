@@ -95,7 +95,9 @@ def press(
         if not quiet and not as_json and loads is not None:
             nx, ny = pixels_of(surface)
             needed = bytes_text(round(bytes_of((nx, ny), len(loads), engine)))
-            print_error(f"{nx} x {ny} pixels at {len(loads)} loads need about {needed}")
+            print_error(
+                f"{nx} x {ny} pixels at {len(loads)} load{'s' * (len(loads) != 1)} need about {needed}"
+            )
         with stages(quiet or as_json) as stage:
             return problem.title, press_surface(
                 surface,
