@@ -113,11 +113,11 @@ def _factor_of(unit: str, si_unit: str) -> float:
         if si_unit == "K":
             factor -= registry.Quantity(0.0, parsed).to(si_unit).magnitude
     except pint.UndefinedUnitError as error:
-        raise UnitError(f"unknown unit {unit!r}; write a unit such as in {_example(si_unit)!r}") from error
+        raise UnitError(f"unknown unit {unit!r}; write a unit such as in {example_of(si_unit)!r}") from error
     except pint.DimensionalityError as error:
         raise UnitError(
             f"{unit!r} does not fit: a unit compatible with {si_unit or 'a plain number'!r} is needed, "
-            f"for example {_example(si_unit)!r}"
+            f"for example {example_of(si_unit)!r}"
         ) from error
     except (pint.PintError, ValueError, TypeError, AttributeError, OverflowError) as error:
         raise UnitError(f"cannot read {unit!r} as a unit: {error}") from error
@@ -129,7 +129,7 @@ def _factor_of(unit: str, si_unit: str) -> float:
                 if _angles(registry, si_unit)
                 else "it is an angle, which is not a plain number"
             )
-            + f", for example {_example(si_unit)!r}"
+            + f", for example {example_of(si_unit)!r}"
         )
     return float(f"{factor:.15g}")
 
@@ -163,7 +163,8 @@ def shown(value: object) -> str:
     return text if len(text) <= _LONGEST_TEXT else f"{text[:_LONGEST_TEXT]}..."
 
 
-def _example(si_unit: str) -> str:
+def example_of(si_unit: str) -> str:
+    """A quantity as text with a usual unit, for messages."""
     return _EXAMPLES.get(si_unit, f"1 {si_unit}".strip())
 
 
@@ -225,7 +226,7 @@ def to_si(value: QuantityLike, unit: str, *, name: str = "value") -> float:
         if isinstance(number, bool) or not isinstance(number, int | float | np.number | np.ndarray):
             raise UnitError(
                 f"{name}: {shown(value)} is not a quantity; give a number in {unit or 'no unit'} or a text "
-                f"such as {_example(unit)!r}"
+                f"such as {example_of(unit)!r}"
             )
         if np.ndim(number) != 0 or np.asarray(number).dtype.kind not in "fiuO":
             raise UnitError(f"{name}: one real number is needed, not {shown(value)}")
@@ -299,12 +300,12 @@ def _read_text(text: str, unit: str, name: str) -> float:
     if match is None:
         raise UnitError(
             f"{name}: cannot read {text[:_LONGEST_TEXT]!r}; write a number with a decimal point and a unit, "
-            f"for example {_example(unit)!r}"
+            f"for example {example_of(unit)!r}"
         )
     number, given = match.groups()
     if given is None and unit:
         raise UnitError(
-            f"{name}: {text!r} has no unit; write for example {_example(unit)!r}, or a plain number in {unit}"
+            f"{name}: {text!r} has no unit; write for example {example_of(unit)!r}, or a plain number in {unit}"
         )
     try:
         return float(_scaled(float(number), _factor(given, unit)) + _zero(given, unit) if given else number)
@@ -323,12 +324,12 @@ def _read_pint(value: Any, unit: str, name: str) -> Any:
         try:
             if _angles(value._REGISTRY, value.units) != _angles(value._REGISTRY, unit):
                 raise UnitError(
-                    f"{name}: {shown(value)} does not fit; give for example {_example(unit)!r}"
+                    f"{name}: {shown(value)} does not fit; give for example {example_of(unit)!r}"
                     + (" (an angle is not a plain number)" if not unit else "")
                 )
             return value.to(unit or "dimensionless").magnitude
         except pint.DimensionalityError as error:
-            raise UnitError(f"{name}: {value} does not fit; give for example {_example(unit)!r}") from error
+            raise UnitError(f"{name}: {value} does not fit; give for example {example_of(unit)!r}") from error
 
 
 def to_si_array(
@@ -451,7 +452,9 @@ def from_si(values: Any, si_unit: str, unit: str) -> Any:
     5.0
     """
     if not unit and si_unit:
-        raise UnitError(f"a unit compatible with {si_unit!r} is needed, for example in {_example(si_unit)!r}")
+        raise UnitError(
+            f"a unit compatible with {si_unit!r} is needed, for example in {example_of(si_unit)!r}"
+        )
     factor = _factor(unit, si_unit) if unit else 1.0
     if unit and _zero(unit, si_unit):
         raise UnitError(

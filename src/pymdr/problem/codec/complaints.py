@@ -27,7 +27,7 @@ from pymdr.problem.codec.tables import (
 from pymdr.problem.layers import Layer
 from pymdr.problem.naming import nearest
 from pymdr.problem.rough import RoughSurface
-from pymdr.units import shown
+from pymdr.units import example_of, shown
 
 if TYPE_CHECKING:
     from pydantic import TypeAdapter
@@ -82,6 +82,21 @@ def _message(error: Any, plain: Mapping[str, Any]) -> str:
     return "; ".join(listed[:_SHOWN]) + more
 
 
+def _missing_table(name: str) -> str:
+    example = (
+        "; add a leg, such as [[path]] with kind = 'load', normal_force = '50 N'" if name == "path" else ""
+    )
+    return f"table [{name}] is missing{example}"
+
+
+def _missing_key(given: Mapping[str, Any], key: str) -> str:
+    """The missing key of a table with an example in its unit, if it is a quantity."""
+    kind = str(given.get("kind"))
+    owner = next((table[kind] for table in TABLES.values() if kind in table), LEGS["ramp"])
+    unit = getattr(inspect.getattr_static(owner, key, None), "unit", "")
+    return f"key {key!r} is missing" + (f"; write for example {key} = {example_of(unit)!r}" if unit else "")
+
+
 def _complaint(item: Mapping[str, Any], loc: list[Any], plain: Mapping[str, Any]) -> str:
     path = [str(part + 1) if isinstance(part, int) else str(part) for part in loc]
     table, key = path[:-1], path[-1] if path else "the case"
@@ -91,14 +106,9 @@ def _complaint(item: Mapping[str, Any], loc: list[Any], plain: Mapping[str, Any]
             hint = _hint(key, _known_keys(loc[:-1], plain))
             return f"{where}{key} = {shown(item['input'])}: unknown {'key' if table else 'table'}; {hint}"
         case "missing":
-            leg = (
-                "; add a leg, such as [[path]] with kind = 'load', normal_force = '50 N'"
-                if key == "path"
-                else ""
-            )
-            return f"{where}{f'key {key!r} is missing' if table else f'table [{key}] is missing{leg}'}"
+            return where + (_missing_key(item["input"], key) if table else _missing_table(key))
         case "union_tag_not_found":
-            return f"[{' '.join(path)}] key 'kind' is missing; one of {_kinds_for(loc)} is needed"
+            return f"[{' '.join(path)}] key 'kind' is missing; one of {', '.join(_kinds_for(loc))} is needed"
         case "union_tag_invalid":
             tag = str(item["ctx"]["tag"])
             if tag == "sum" and "parts" in loc:
