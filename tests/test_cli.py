@@ -1006,4 +1006,7 @@ def test_an_output_that_is_a_file_is_refused_before_the_work(tmp_path, monkeypat
     assert "[path] is missing; add a leg, such as [[path]] with" in shell("run", case)[2]
     case.write_text(case.read_text().replace("radius = '10 mm'", "") + "[[path]]\nkind = 'load'\n")
     assert "'radius' is missing; write for example radius = '5 mm'" in shell("run", case)[2]
-    assert "[path 1] key 'normal_force' is missing; write for example normal_force = '50 N'" in shell("run", case)[2]
+    assert (
+        "[path 1] key 'normal_force' is missing; write for example normal_force = '50 N'"
+        in shell("run", case)[2]
+    )

@@ -217,6 +217,7 @@ def test_the_shell_gives_the_numbers_of_the_studies(
         (("drift", "depth"), "no times"),
         (("drift", "drift", "--hold", "60 s"), "60 s to 90 s"),
         (("stiffness", "drift", "--area", "24.5"), "harmonic"),
+        (("stiffness", "depth", "--area", "24,5"), "decimal points"),
         (("stiffness", "depth", "--area", "24.5", "--film-thickness", "1 um"), "needs both"),
         (("stiffness", "depth", "--area", "24.5", "--film-thickness", "1 um", "--substrate", "72"), "165 GPa, 0.22"),
         (("stiffness", "depth", "--area", "x"), "numbers are needed"),

@@ -467,3 +467,18 @@ def test_indents_of_one_depth_determine_no_area_function():
     # C0 alone stands for all coefficients at one depth
     area = float(BERKOVICH.area_at("200 nm")) / 200e-9**2
     assert low[1] < area < high[1]
+
+
+def test_an_indent_whose_rows_run_backward_is_refused():
+    depth = np.concatenate([np.linspace(0, 300e-9, 150), np.linspace(300e-9, 180e-9, 150)])
+    force = np.where(
+        np.arange(300) < 150,
+        10e-3 * (depth / 300e-9) ** 2,
+        10e-3 * (np.maximum(depth / 150e-9 - 1.2, 0.0) / 0.8) ** 1.4,
+    )
+    forward = mdr.oliver_pharr({"indentation": depth, "normal_force": force}, BERKOVICH)
+    assert forward.claims["hardness"].readable
+    with pytest.raises(
+        mdr.ProblemError, match=r"begins at 180 nm and ends at 0 m, .* run backward; reverse them"
+    ):
+        mdr.oliver_pharr({"indentation": depth[::-1], "normal_force": force[::-1]}, BERKOVICH)

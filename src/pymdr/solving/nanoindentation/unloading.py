@@ -15,12 +15,14 @@ from pymdr.mapping.equivalent import power_factor
 from pymdr.solving.fits.bands import orthonormal
 from pymdr.solving.fits.spectrum import NORMAL_95, noise_spectra
 from pymdr.solving.nanoindentation.records import Record
-from pymdr.units import FloatArray, shown, written
+from pymdr.units import FloatArray, metres, shown, written
 
 _FEWEST = 12
 """Rows to which a curve is fitted."""
 _TOP, _BLOCK = 4.0, 0.98
 """Noises below the largest force, and part of it, down to which rows belong to the peak."""
+_UNLOADED, _BACKWARD = 0.05, 0.2
+"""Loads over the largest that count as none, and a rise of the surface over the range of the depth that no indent and no drift makes."""
 _SHALLOWEST, _ABOVE_LEAST = 0.03, 0.01
 """Parts of the largest force: where a complete unloading ends, and how far above its smallest force."""
 _EXPONENTS, _UNCERTAIN = (0.4, 12.0), 1.0
@@ -82,6 +84,11 @@ def unloading_of(record: Record, frame: float, limits: tuple[float, float], who:
     largest = float(np.max(force))
     if not largest > 0.0:
         raise ProblemError(f"{who}: no force is above 0 N; compressive forces must be positive")
+    if _runs_backward(depth, force / largest):
+        raise ProblemError(
+            f"{who}: the record begins at {metres(float(depth[0]))} and ends at {metres(float(depth[-1]))}, both without load, but an indent leaves "
+            "the surface deeper: the rows run backward; reverse them"
+        )
     noise = noise_of(force)
     last = int(np.flatnonzero(force >= largest - _TOP * noise)[-1])
     peak, error = _peak(force, last, largest, noise)
@@ -108,6 +115,12 @@ def unloading_of(record: Record, frame: float, limits: tuple[float, float], who:
         record.rate_error,
         frame,
     )
+
+
+def _runs_backward(depth: FloatArray, load: FloatArray) -> bool:
+    """Whether a record without load at both ends, relative to its largest, begins deeper than it ends."""
+    unloaded = max(abs(float(load[0])), abs(float(load[-1]))) < _UNLOADED
+    return unloaded and float(depth[0] - depth[-1]) > _BACKWARD * float(np.ptp(depth))
 
 
 def noise_of(values: FloatArray) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -325,9 +326,11 @@ def _substrate(text: str) -> Elastic | Rigid:
 
 def _numbers(option: str, text: str, example: str) -> list[float]:
     try:
-        return [float(value) for value in text.replace(",", " ").split()]
+        return [float(value) for value in re.split(r",?\s+", text.strip())]
     except ValueError:
-        raise ProblemError(f"--{option} {text!r}: numbers are needed, such as '{example}'") from None
+        raise ProblemError(
+            f"--{option} {text!r}: numbers with decimal points and blanks between them are needed, such as '{example}'"
+        ) from None
 
 
 def _area_function(

@@ -105,7 +105,7 @@ def values_of(given: Sequence[str]) -> list[str]:
     >>> values_of(["1 m/s, 2 m/s", "3 m/s"]), values_of(["1,5 m/s"])
     (['1 m/s', '2 m/s', '3 m/s'], ['1,5 m/s'])
     """
-    return [value for text in given for value in re.split(r"(?<=[a-z]),\s*|,\s+", text.strip())]
+    return [value for text in given for value in re.split(r"(?<=\D),\s*|,\s+", text.strip())]
 
 
 def spread(

@@ -9,7 +9,7 @@ import typer
 
 from pymdr.errors import ProblemError
 from pymdr.workbench.cli.folders import Tables, ready_folder, write_figure
-from pymdr.workbench.cli.options import CaseFile, Cluster, Json, Quiet, at_work, spread
+from pymdr.workbench.cli.options import CaseFile, Cluster, Json, Quiet, at_work, spread, values_of
 from pymdr.workbench.cli.reporting import (
     FAILED,
     REFUSALS,
@@ -133,8 +133,8 @@ def _ending(swept: Sweep) -> str:
 
 
 def _listed(given: str) -> list[str]:
-    """The values of ``name = value, value``."""
-    return [value.strip() for value in given.partition("=")[2].split(",") if value.strip()]
+    """The values of ``name = value, value``; 1,5 is no list of two."""
+    return [value.strip() for value in values_of([given.partition("=")[2]]) if value.strip()]
 
 
 def _ends(given: str) -> bool:
