@@ -21,8 +21,8 @@ _FEWEST = 12
 """Rows to which a curve is fitted."""
 _TOP, _BLOCK = 4.0, 0.98
 """Noises below the largest force, and part of it, down to which rows belong to the peak."""
-_UNLOADED, _BACKWARD = 0.05, 0.2
-"""Loads over the largest that count as none, and a rise of the surface over the range of the depth that no indent and no drift makes."""
+_UNLOADED, _BACKWARD = 0.15, 0.4
+"""Loads over the largest that count as small, and a rise of the surface over the range of the depth that no elastic indent makes between them."""
 _SHALLOWEST, _ABOVE_LEAST = 0.03, 0.01
 """Parts of the largest force: where a complete unloading ends, and how far above its smallest force."""
 _EXPONENTS, _UNCERTAIN = (0.4, 12.0), 1.0
@@ -86,7 +86,7 @@ def unloading_of(record: Record, frame: float, limits: tuple[float, float], who:
         raise ProblemError(f"{who}: no force is above 0 N; compressive forces must be positive")
     if _runs_backward(depth, force / largest):
         raise ProblemError(
-            f"{who}: the record begins at {metres(float(depth[0]))} and ends at {metres(float(depth[-1]))}, both without load, but an indent leaves "
+            f"{who}: the record begins at {metres(float(depth[0]))} and ends at {metres(float(depth[-1]))}, both at small loads, but an indent leaves "
             "the surface deeper: the rows run backward; reverse them"
         )
     noise = noise_of(force)
@@ -118,7 +118,7 @@ def unloading_of(record: Record, frame: float, limits: tuple[float, float], who:
 
 
 def _runs_backward(depth: FloatArray, load: FloatArray) -> bool:
-    """Whether a record without load at both ends, relative to its largest, begins deeper than it ends."""
+    """Whether a record with small loads at both ends, relative to its largest, begins much deeper than it ends."""
     unloaded = max(abs(float(load[0])), abs(float(load[-1]))) < _UNLOADED
     return unloaded and float(depth[0] - depth[-1]) > _BACKWARD * float(np.ptp(depth))
 

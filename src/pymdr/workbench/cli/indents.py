@@ -329,7 +329,7 @@ def _numbers(option: str, text: str, example: str) -> list[float]:
         return [float(value) for value in re.split(r",?\s+", text.strip())]
     except ValueError:
         raise ProblemError(
-            f"--{option} {text!r}: numbers with decimal points and blanks between them are needed, such as '{example}'"
+            f"--{option} {text!r}: numbers are needed, with decimal points and blanks between them, such as '{example}'"
         ) from None
 
 
