@@ -36,7 +36,7 @@ def wear_study(data: xr.Dataset, surface: xr.Dataset) -> draw.Figure:
         rows = _distinct_rows(data["worn_volume"].values)
         for row, colour in zip(rows, colormaps["viridis"](np.linspace(0.0, 0.85, len(rows))), strict=True):
             rounded = float(f"{data['cycles'].values[row]:.3g}")
-            label = f"{rounded:g} cycles"
+            label = f"{rounded:,.10g} cycles"
             x = draw.lengths(r[row], unit)
             shape.plot(x, draw.lengths(f[row], high), color=colour, lw=1.4, label=label)
             pressed.plot(x, surface["pressure"].values[row] * 1e-6, color=colour, lw=1.4, label=label)
