@@ -415,7 +415,7 @@ def _errors(rows: ZoneRows, columns: dict[str, FloatArray], balance: FloatArray)
 def _parted_differently(rows: ZoneRows) -> np.ndarray:
     """Rows in which only some of the levels are attached."""
     free, coarse, rough = (one["cohesive_radius"] == 0.0 for one in (rows.fine, rows.coarse, rows.rough))
-    return (free != coarse) | (free != rough)
+    return np.asarray((free != coarse) | (free != rough))
 
 
 def _error_of(rows: ZoneRows, name: str) -> FloatArray:
