@@ -360,3 +360,32 @@ def test_random_pulls_differ_from_those_of_the_full_law_by_less_than_claimed(see
             true
         )
         assert abs(value - true) <= claimed, name
+
+
+@pytest.mark.parametrize("seed", first_of(range(40, 60), 0))
+def test_rows_of_random_paths_differ_from_the_full_law_by_less_than_claimed(seed):
+    """Approaches from slow to far too fast, on bodies whose moduli fall by up to a hundred, for forces over the largest and radii alike."""
+    rng = np.random.default_rng([77, seed])
+    count = int(rng.integers(1, 4))
+    moduli, times = 10.0 ** rng.uniform(-0.7, 0.9, count), 10.0 ** rng.uniform(-1.0, 1.0, count)
+    body = mdr.Viscoelastic(mdr.Prony(0.25, moduli, times), poisson=0.5)
+    strength = 10.0 ** rng.uniform(0.45, 1.0) / (9.0 / (2.0 * math.pi)) ** (1.0 / 3.0)
+    profile = BALL
+    if rng.random() >= 0.7:
+        profile = mdr.PowerLaw(exponent=rng.uniform(1.6, 3.5), height=0.5, radius=1.0)
+    depth, approach = rng.uniform(0.2, 2.0), 10.0 ** rng.uniform(-2.5, 1.0)
+    wait, retreat = 10.0 ** rng.uniform(-1.5, 3.0), 10.0 ** rng.uniform(-2.5, 0.5)
+    path = (
+        mdr.indent(depth, steps=12, duration=depth / approach)
+        >> mdr.hold(wait, steps=4)
+        >> mdr.indent(-6.0, steps=80, duration=(6.0 + depth) / retreat)
+    )
+    law, zone = mdr.JKR(1.0, range=1.0 / strength), mdr.MaugisDugdale(1.0, strength=strength)
+    near, full = (mdr.solve(mdr.Contact(profile, body, adhesion=one), path) for one in (law, zone))
+    attached = near["contact_radius"].values > 0.0
+    # where the zone parts first, the law still pulls
+    known = ~attached | (full["cohesive_radius"].values > 0.0)
+    for name in ("normal_force", "contact_radius"):
+        value, error = near[name].values, near.claims[name].error
+        difference = np.abs(value - full[name].values) / np.abs(value).max()
+        assert np.all((difference <= error)[known])

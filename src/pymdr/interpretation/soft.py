@@ -213,7 +213,8 @@ def _over_angle(line: ZoneLine, creep: FloatArray, r: FloatArray) -> FloatArray:
     """The integral int_a^r W / sqrt(r^2 - x^2) dx, over the angle arcsin(x / r); W is constant beyond its last value."""
     x, c = line.outside, line.cohesive_radius
     # tiny displacements have slopes whose reciprocals overflow
-    creep = np.where(np.abs(creep) > _NEGLIGIBLE * np.max(np.abs(creep)), creep, 0.0)
+    largest = float(np.max(np.abs(creep))) or 1.0
+    creep = np.where(np.abs(creep) > _NEGLIGIBLE * largest, creep / largest, 0.0)
     zone = int(np.searchsorted(x, c, side="right"))
     rooted = zone > _FEW
     start = zone - 1 if rooted else 0
@@ -240,7 +241,7 @@ def _over_angle(line: ZoneLine, creep: FloatArray, r: FloatArray) -> FloatArray:
         values = curve(s[:, :, None] * np.sin(angle[:, :-1, None] + width[:, :, None] * t))
         after = (0.5 * math.pi - angle[:, -1]) * creep[-1]
         total.append(np.sum(width * (values @ weights), axis=1) + after)
-    return np.concatenate(total)
+    return largest * np.concatenate(total)
 
 
 @dataclass(frozen=True)

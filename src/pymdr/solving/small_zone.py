@@ -39,6 +39,8 @@ _PER_LENGTH = 1.5
 """Error over the length of the zone in contact radii, an upper bound of the differences from `MaugisDugdale` that were measured."""
 _PER_LOAD = 0.35
 """Error over the load that springs have yet to relax where the contact grows, over that of the edge; measured alike."""
+_PER_FORCE = 0.8
+"""Error over the force of that load on the whole contact, over the largest force; measured alike."""
 _LEAST = 2e-4
 """Least error, by the tolerance of the equation and the table."""
 _RELAXED = 0.05
@@ -83,6 +85,15 @@ def _step(
     return Rows(rows, np.full(time.size - 1, k)), springs, channels_at(d, force, stiffness)
 
 
+def _through_advances(values: FloatArray, advances: np.ndarray) -> FloatArray:
+    """Largest values of advancing rows so far, and of those to the end of an advance: its first row may span most of its effect."""
+    largest = np.where(advances, values, 0.0)
+    for row in range(values.size - 2, -1, -1):
+        if advances[row + 1]:
+            largest[row] = max(largest[row], largest[row + 1])
+    return np.asarray(np.maximum.accumulate(largest))
+
+
 def _interpret(
     task: Task, zone: SmallZone, walked: Walked[Rows], parted: tuple[float, float] | None
 ) -> Interpretation:
@@ -122,13 +133,26 @@ def _interpret(
         "the law of a cohesive zone that is short compared with the contact and moves steadily over its own length, on viscoelastic "
         "half-spaces that have relaxed where the contact grows. The stated error, relative to the largest force, is an upper bound of "
         "the differences from MaugisDugdale with memory: 1.5 times the largest length of the zone so far over the contact radius, plus "
-        "0.35 times the load of springs yet to relax over that of the edge, where the contact grew",
+        "0.35 times the load of springs yet to relax over that of the edge and 0.8 times its force on the whole contact over the largest, "
+        "both up to the end of an advance of the edge; 1 beside the separation, which the zone may delay",
         SOURCES["schapery"],
         everywhere,
     )
     wide = np.maximum.accumulate(length / np.where(attached, a, 1.0))
-    late = np.maximum.accumulate(np.where(speed < 0.0, missing, 0.0))
-    errors = np.minimum(_LEAST + _PER_LENGTH * wide + _PER_LOAD * late, 1.0)
+    late = _through_advances(missing, speed < 0.0)
+    # in retraction the load is negative, and reaches no new springs
+    unrelaxed_force = np.where(attached, np.maximum(2.0 * a * rows["unrelaxed"], 0.0), 0.0)
+    largest = float(np.nanmax(np.abs(force), initial=0.0)) or 1.0
+    missed = _PER_FORCE * _through_advances(unrelaxed_force, speed < 0.0) / largest
+    errors = np.minimum(_LEAST + _PER_LENGTH * wide + _PER_LOAD * late + missed, 1.0)
+    if parted is not None:
+        # the zone may still be attached for as much of the way as the error
+        travel = rows["indentation"] + np.divide(force, control, out=np.zeros(a.size), where=control > 0.0)
+        last = int(np.flatnonzero(attached)[-1])
+        way = parted[0] + (parted[1] / control[last] if control[last] > 0.0 else 0.0) - travel[last + 1 :]
+        near = way <= errors[last] * (np.max(travel[: last + 1]) - travel[last])
+        near[:1] = True
+        errors[last + 1 :][near] = 1.0
     in_contact = replace(claim, reason=f"{claim.reason}; {_IN_CONTACT}")
     own = dict.fromkeys(columns, claim) | dict.fromkeys(("elastic_energy", "dissipated_energy"), in_contact)
     claims = with_errors(own, dict.fromkeys(columns, errors))
