@@ -149,8 +149,8 @@ def _interpret(
         # the zone may still be attached for as much of the way as the error
         travel = rows["indentation"] + np.divide(force, control, out=np.zeros(a.size), where=control > 0.0)
         last = int(np.flatnonzero(attached)[-1])
-        way = parted[0] + (parted[1] / control[last] if control[last] > 0.0 else 0.0) - travel[last + 1 :]
-        near = way <= errors[last] * (np.max(travel[: last + 1]) - travel[last])
+        overdue = parted[0] + (parted[1] / control[last] if control[last] > 0.0 else 0.0) - travel[last + 1 :]
+        near = overdue <= errors[last] * (np.max(travel[: last + 1]) - travel[last])
         near[:1] = True
         errors[last + 1 :][near] = 1.0
     in_contact = replace(claim, reason=f"{claim.reason}; {_IN_CONTACT}")
