@@ -88,3 +88,21 @@ def test_a_ball_ends_where_its_model_ends():
     with pytest.raises(mdr.ProblemError, match="springs= is for"):
         mdr.Stepper(ball(1.0), 0.1, springs=32)
     assert math.isfinite(mdr.Stepper(ball(1.0), 0.9).advance(0.9).normal)
+
+
+def test_jumps_of_a_result_are_those_of_the_stepper():
+    """Also where the legs of a path meet; a ball without adhesion does not jump."""
+    contact, d = ball(1e-3, adhesive=True), depths(3, 60, 1e-3)
+    result = mdr.solve(contact, mdr.Path(indentation=d[:31]) >> mdr.Path(indentation=d[31:]))
+    stepper, jumped = mdr.Stepper(contact, 0.5e-3), []
+    for depth in d.tolist():
+        stepper.advance(depth)
+        jumped.append(stepper.jumped)
+    assert sum(jumped) >= 3
+    assert np.array_equal(result["jumped"].values > 0.0, jumped)
+    assert result.claims["jumped"].where.all()
+    plain = mdr.solve(ball(1e-3), mdr.Path(indentation=d))
+    assert "jumped" not in plain.data
+    dissipated, work = plain["dissipated_energy"].values, plain["external_work"].values
+    assert "by up to 9 % of itself, 0.7 % of the work" in plain.claims["dissipated_energy"].reason
+    assert np.all(np.diff(dissipated) >= -0.0071 * np.maximum(work[1:], 0.0) - 1e-12 * work.max())

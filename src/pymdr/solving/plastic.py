@@ -247,6 +247,9 @@ def _with_claims(task: Task, ball: Ball, walked: Walked[_Rows]) -> tuple[Walked[
     )
     if not body.apparent_radius:
         del columns["apparent_radius"]
+    if contact.adhesion is not None:
+        touches = rows.contact_radius > 0.0
+        columns["jumped"] = (np.append(False, touches[:-1]) & ~touches).astype(float)
     claims = plastic_claims(body, contact.adhesion is not None, prescribed_rows(task), rows.indentation.size)
     claims = {
         name: _where_known(claim, columns[name]) if name in columns else claim
