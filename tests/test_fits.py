@@ -609,6 +609,15 @@ def test_maugis_and_dugdale_find_their_own_record_from_any_start(factor):
     )
 
 
+def test_records_with_few_samples_beside_jumps_are_told_to_have_more():
+    depth = np.concatenate([np.linspace(-3e-7, 1e-7, 11), np.linspace(1e-7, -3e-7, 10)])
+    force = np.where(depth > 0.0, 16e3 / 9 * np.sqrt(5e-6) * np.maximum(depth, 0.0) ** 1.5 - 1e-9, 0.0)
+    force = force + 2e-10 * np.random.default_rng(3).normal(size=depth.size)
+    contact = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("1 kPa", 0.5), adhesion=mdr.DMT("0.1 mJ/m^2"))
+    with pytest.raises(ProblemError, match=r"record more samples \(those adjacent to jumps are left out\)"):
+        mdr.fit(contact, mdr.MeasuredCurve(force=force, indentation=depth), ["body.young", "adhesion.work"])
+
+
 @pytest.mark.parametrize("law", [mdr.JKR, mdr.DMT])
 def test_errors_of_long_records_fall_with_the_root_of_the_samples(law):
     """On a machine the rate of the force is unbounded at the jump; samples beside it must not decide the errors."""

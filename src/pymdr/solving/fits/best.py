@@ -193,7 +193,7 @@ def _quick_start(search: Search) -> tuple[Start, FloatArray] | None:
     if fitted["ending"][0] == NO_CONTACT:
         raise ProblemError(
             f"fit: the record shows no contact: a constant force increases the sum of squares by less than {SEEN:g} variances of "
-            f"the noise; {soft_machine_text(stretch.place[0], stretch.force[0], float(stretch.softness[0]))}{_turned_text(search)}press deeper, mark outliers (curve.mark_outliers()), or check the signs with curve.orient()"
+            f"the noise; {soft_machine_text(stretch.place[0], stretch.force[0], float(stretch.softness[0]))}{_turned_text(search)}press deeper, {_more_samples_text(search)}mark outliers (curve.mark_outliers()), or check the signs with curve.orient()"
         )
     if fitted["ending"][0] == AT_END:
         _refuse_beyond_layers(request, axes, stretch)
@@ -204,6 +204,15 @@ def _quick_start(search: Search) -> tuple[Start, FloatArray] | None:
     scales = [*(u.rate(float(v)) for u, v in zip(unknowns, values, strict=True)), *search.origin_scales]
     errors = np.array([fitted[f"{name}_error"][0] for name in request.names]) / scales
     return Start(0.0, values, *(origin.get(name, 0.0) for name in (CONTACT_POINT, BASELINE, TILT))), errors
+
+
+def _more_samples_text(search: Search) -> str:
+    """Hint on the samples of short records with adhesion."""
+    return (
+        ""
+        if search.contact.adhesion is None
+        else "record more samples (those adjacent to jumps are left out), "
+    )
 
 
 def _turned_text(search: Search) -> str:
