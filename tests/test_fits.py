@@ -618,6 +618,18 @@ def test_records_with_few_samples_beside_jumps_are_told_to_have_more():
         mdr.fit(contact, mdr.MeasuredCurve(force=force, indentation=depth), ["body.young", "adhesion.work"])
 
 
+def test_a_pull_beside_a_sample_stays_on_its_side():
+    # without the samples beside the jump the fit moved it past one of them, which then was 73 deviations off
+    depth = np.concatenate([np.linspace(-2e-6, 1e-6, 124), np.linspace(1e-6, -2e-6, 124)]) + 1.2e-8
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        place = depth + 2.4e-8 * rng.uniform(0.0, 1.0)
+        force = np.where(place > 0.0, 16e3 / 9 * np.sqrt(5e-6) * np.maximum(place, 0.0) ** 1.5 - 2e-8, 0.0)
+        curve = mdr.MeasuredCurve(force=force + 2e-10 * rng.normal(size=depth.size), indentation=place)
+        start = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("3 kPa", 0.5), adhesion=mdr.DMT("1 mJ/m^2"))
+        assert mdr.fit(start, curve, ["body.young", "adhesion.work"]).noise < 1.3 * 2e-10
+
+
 @pytest.mark.parametrize("law", [mdr.JKR, mdr.DMT])
 def test_errors_of_long_records_fall_with_the_root_of_the_samples(law):
     """On a machine the rate of the force is unbounded at the jump; samples beside it must not decide the errors."""

@@ -171,6 +171,9 @@ def _least_off_jumps(
     Those adjacent to jumps are left out. The jumps are those of the end itself, found in turn, but for an edge with a history, where a
     search takes seconds.
     """
+    if search.jumps and not search.used and all(one.compliance == 0.0 for one in search.measured):
+        # the samples beside a jump, which are left out, decide between which samples it is
+        search = replace(search, touches=tuple(one.touches for one in search.models(best)))
     for _ in range(ROUNDS_OF_JUMPS):
         own = search if all(part.all() for part in used) else replace(search, used=used)
         minimum = minimize_from(own, best, tolerance=tolerance)
