@@ -208,6 +208,14 @@ def test_no_result_lies_further_off_than_it_claims(accuracy, seed, count):
 
 
 @pytest.mark.long
+def test_slip_narrower_than_the_cell_of_a_spring_is_resolved(accuracy):
+    """A slip zone of 0.8 % of the radius: springs that missed it dissipated nothing, with a claim of no error."""
+    result = accuracy.study(527898749, 2420, only=[2419], effort=accuracy.QUICK, kinds=accuracy.KINDS)
+    assert not result.crashes, result.table()
+    assert not result.violations, result.table()
+
+
+@pytest.mark.long
 def test_shifts_in_the_plane_without_any_slip_are_compared_too(accuracy):
     result = accuracy.study(527898749, 968, only=[967], effort=accuracy.QUICK, kinds=accuracy.KINDS)
     assert not result.crashes, result.table()

@@ -61,6 +61,8 @@ _WANTED = 2e-4
 """Change of the force by half the springs, over the largest mu F_N: about twice the error of the force."""
 _WANTED_SHIFT = 2e-3
 """Change of the shift by half the springs under prescribed forces, over the largest shift."""
+_WANTED_DISSIPATION = 0.05
+"""Change of the dissipated energy by half the springs, over the largest: few springs would miss a zone of slip that is narrower than their cells."""
 _WORK = 1e8
 """Rows times springs up to which more springs are taken."""
 _SETTLED = 1e-5
@@ -275,6 +277,10 @@ def _followed(
         force = _WANTED * law.law.scale * float(np.max(walked.rows.normal_force, initial=0.0))
         shift = _WANTED_SHIFT * float(np.nanmax(np.abs(fine.shift), initial=0.0))
         small = np.nanmax(missed["tangential_force"] - walked.rows.missed, initial=0.0) <= force
+        if 0.0 < law.law.friction < math.inf:
+            work = float(np.nanmax(fine.slip_work, initial=0.0))
+            change = np.nanmax(missed["dissipated_energy"], initial=0.0)
+            small = small and (law.glides or 0.0 < work >= change / _WANTED_DISSIPATION)
         if 2 * n > many or (small and np.nanmax(missed["shift"], initial=0.0) <= shift):
             return law, walked, missed
 
