@@ -182,6 +182,19 @@ class TestLines:
             single.field("shear_traction", r="50 um").values[0],
         )
 
+    @settings(deadline=None)
+    @given(st.floats(-9.0, 0.0), st.floats(0.008, 0.9))
+    def test_the_work_of_narrow_slip_is_that_of_a_line(self, size, fraction):
+        """The zone of slip is narrower than the first cells; the shift turns too little to change the work."""
+        depth = np.full(6, 1e-6 * 10.0**size)
+        joint = replace(JOINT, profile=mdr.Paraboloid(10e-3 * 10.0**size))
+        along = fraction * 0.3 * MODULI.normal / MODULI.tangential * depth * np.linspace(0.0, 1.0, 6)
+        turned = np.stack([along, 1e-3 * along**2 / along[-1]], axis=1)
+        single = mdr.solve(joint, mdr.Path(indentation=depth, shift=along))
+        plane = mdr.solve(joint, mdr.Path(indentation=depth, shift=turned))
+        work = single["dissipated_energy"].values[-1]
+        assert plane["dissipated_energy"].values[-1] == pytest.approx(work, rel=0.05)
+
     def test_any_line(self):
         d, u = random_history(6)
         direction = np.array([math.cos(0.7), math.sin(0.7)])

@@ -276,13 +276,23 @@ def _followed(
         }
         force = _WANTED * law.law.scale * float(np.max(walked.rows.normal_force, initial=0.0))
         shift = _WANTED_SHIFT * float(np.nanmax(np.abs(fine.shift), initial=0.0))
-        small = np.nanmax(missed["tangential_force"] - walked.rows.missed, initial=0.0) <= force
-        if 0.0 < law.law.friction < math.inf:
-            work = float(np.nanmax(fine.slip_work, initial=0.0))
-            change = np.nanmax(missed["dissipated_energy"], initial=0.0)
-            small = small and (law.glides or 0.0 < work >= change / _WANTED_DISSIPATION)
-        if 2 * n > many or (small and np.nanmax(missed["shift"], initial=0.0) <= shift):
+        slips = 0.0 < law.law.friction < math.inf and not law.glides
+        settled = (
+            np.nanmax(missed["tangential_force"] - walked.rows.missed, initial=0.0) <= force
+            and np.nanmax(missed["shift"], initial=0.0) <= shift
+            and (not slips or _work_is_settled(fine.slip_work, missed["dissipated_energy"]))
+        )
+        if 2 * n > many or settled:
             return law, walked, missed
+
+
+def _work_is_settled(work: FloatArray, change: FloatArray) -> bool:
+    """Whether half the springs change the work little; none at all may be missed."""
+    return (
+        0.0
+        < float(np.nanmax(work, initial=0.0))
+        >= float(np.nanmax(change, initial=0.0)) / _WANTED_DISSIPATION
+    )
 
 
 def _largest_so_far(change: FloatArray) -> FloatArray:
