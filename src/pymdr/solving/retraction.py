@@ -294,12 +294,11 @@ def _approach(contact: Contact, speed: float, stiffness: float, quantity: str, t
         short_springs(contact, relaxation, "pull_off")
         begin = 0.0
     bare = Contact(contact.profile, Elastic(relaxation.softest(range_ / speed), 0.0))
-    pressed = load(max(target, law.work * range_)) if quantity == "normal_force" else indent(target)
-    before = solve(bare, pressed) if quantity == "normal_force" or target > 0.0 else None
-    if before is not None:
+    by_force = quantity == "normal_force"
+    if by_force or target > 0.0:
+        before = solve(bare, load(max(target, law.work * range_)) if by_force else indent(target))
         _refuse_steep(before, quantity, target)
-    if before is not None and quantity == "normal_force":
-        top = float(before.data["indentation"].values[-1])
+        top = float(before.data["indentation"].values[-1]) if by_force else top
     touch = 1.0 / (ROWS - 1) if powers_of(contact) else _TOUCH
     approach = _Approach(channel, begin, top, speed, touch)
     if quantity == channel:

@@ -95,9 +95,10 @@ def _undetermined_text(search: Search, free: FloatArray, undetermined: BoolArray
     names = " and ".join(
         u.name for u, is_unseen in zip(search.unknowns, undetermined, strict=True) if is_unseen
     )
+    verb, pronoun = ("has", "it") if len(unseen) == 1 else ("have", "them")
     return (
-        f"fit: {names} has no effect on the record; the best fit has {', '.join(unseen)}{rest}; leave {names} out of free, or use a contact "
-        "without it"
+        f"fit: {names} {verb} no effect on the record; the best fit has {', '.join(unseen)}{rest}; leave {names} out of free, or use a contact "
+        f"without {pronoun}"
     )
 
 
