@@ -10,6 +10,7 @@ from tests.test_law_memory import KINDS, PROFILES, moves
 
 import pymdr as mdr
 from pymdr.solving.exporting.histories import PARTS
+from pymdr.solving.springs_error import errors_of_parts
 
 CALLS = (
     "law_advance(&s, d[i], u[2 * i], u[2 * i + 1])",
@@ -80,6 +81,17 @@ def test_histories_in_c_are_those_of_the_stepper(case, tmp_path):
                 np.abs(rows[0] - exact)[:, column].max() < (float(claim.error.max()) + 1e-12) * size[column]
             )
             assert f"{PARTS} parts of a step" in claim.reason
+
+
+def test_the_error_of_equal_parts_holds_in_long_slides():
+    """Slip dissipates by the load between the ends of a part, which relaxes there in slow steps."""
+    contact = sheared("decades", "sphere", 1.5)
+    claimed = errors_of_parts(contact, DEEPEST, PARTS)["dissipated_energy"]
+    for seed in range(2):
+        depth, shift, _ = walk(seed, 40, 100.0)
+        motion = depth, shift, 10.0 ** np.random.default_rng(seed).uniform(-2.0, 4.0, 40)
+        divided, exact = (followed(contact, 24, motion, parts)[:, -1] for parts in (PARTS, 1))
+        assert np.abs(divided - exact).max() < claimed * exact.max()
 
 
 @needs_c

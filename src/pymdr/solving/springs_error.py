@@ -18,6 +18,8 @@ from pymdr.units import FloatArray
 _STEPS = 40
 _SIZES = 0.1, 0.3, 1.0
 """Shifts of motions, of that at which the whole contact slides."""
+_PART_SIZES = 0.1, 1.0, 30.0
+"""The same of motions with equal parts: what long slides dissipate depends on the load between the ends of a part."""
 _SAFE = 3.0
 """Ratio of the error to the largest difference to half the springs, which is near the error or above, with a margin."""
 _IN_PARTS = 24
@@ -93,7 +95,8 @@ def errors_of_parts(contact: Contact, deepest: float, parts: int) -> dict[str, f
     """
     Errors of steps with memory and friction that are divided into equal parts, relative to the largest values in motions down to an indentation in m.
 
-    They are three times the largest difference to parts on which all loads are straight, over random motions on a few springs.
+    They are three times the largest difference to parts on which all loads are straight, over random motions on a few springs, whose durations are of one
+    decade or of all. Loads that relax within a part have no bound: a step far longer than the times of a liquid may miss more.
 
     Parameters
     ----------
@@ -109,8 +112,11 @@ def errors_of_parts(contact: Contact, deepest: float, parts: int) -> dict[str, f
     names = ("tangential_force", "stored_tangential_energy", "dissipated_energy")
     random, errors = np.random.default_rng(0), np.zeros(len(names))
     sliding = deepest * min(1.0 if contact.friction is None else contact.friction.coefficient, 1.0)
-    for time, size in product(_times(exact.relaxation), _SIZES):
+    times = _times(exact.relaxation)
+    for time, size in product(times, _PART_SIZES):
         motion = _random_motion(random, deepest, size * sliding, (), time)
+        others = random.random(_STEPS) < 0.5
+        motion.duration[others] = random.choice(times, others.sum())
         motion.duration[::7] = 0.0  # sudden steps
         divided = exact.copied()
         divided.division = math.inf, 1

@@ -122,7 +122,10 @@ def _relaxing(contact: Contact, deepest: float, springs: int, tangential: bool) 
         names = (*names, *_SHEARED)
         missed = errors_of_parts(own, deepest, PARTS)
         for name in (*_SHEARED, "dissipated_energy"):
-            remark = f"; {PARTS} parts of a step change it by up to {missed[name]:.1e} of its largest value"
+            remark = (
+                f"; {PARTS} parts of a step change it by up to {missed[name]:.1e} of its largest value in random motions, and may change it by more where "
+                "loads relax within a part: divide steps that are far longer than the times of relaxation"
+            )
             claims |= approximated({name: claims[name]}, remark, missed[name])
     # E* = 2 G/(1 - nu) = E/(1 - nu^2)
     at_once = replace(alone, body=Elastic(0.75 * glassy, 0.5), counterbody=Rigid())
