@@ -314,25 +314,6 @@ def test_legends_fit_between_the_sides(log_size, labels):
     assert not faults(figure)
 
 
-@settings(deadline=None, max_examples=examples(9))
-@given(st.lists(st.floats(-2.0, 4.0), min_size=3, max_size=3), st.integers(0, 3), st.booleans())
-def test_panels_placed_by_estimated_lengths_hold_their_labels(log_sizes, labels, titled):
-    with new_figure(9.6, 3.4, estimated=True) as figure:
-        for axes, log_size in zip(figure.subplots(1, 3), log_sizes, strict=True):
-            for i in range(max(labels, 1)):
-                axes.plot([0.0, 1.0], [-(10.0**log_size), i * 10.0**log_size], label=f"line {i}")
-            axes.set(xlabel="x (m)\nof two lines", ylabel="y (m)")
-            if labels:
-                legend_above(axes)
-            elif titled:
-                axes.set_title("two lines\nof a title")
-        right = axes.twinx()
-        right.plot([0.0, 1.0], [0.0, 1e3], alpha=0.0)
-        right.set_ylabel("second scale (m)")
-        right.spines["right"].set_visible(True)
-    assert not faults(figure)
-
-
 def test_labels_of_all_parameters_are_words():
     layered = mdr.Layered([mdr.Layer(GEL, "1 um"), mdr.Layer(STEEL, "1 um")], base=STEEL)
     for contact in (

@@ -13,7 +13,7 @@ from pymdr.units import FloatArray, from_si, good_unit
 
 def curves(data: draw.FigureData) -> draw.Figure:
     """Force, contact radius and stiffness against indentation."""
-    with draw.new_figure(9.6, 3.2, estimated=True) as figure:
+    with draw.new_figure(9.6, 3.2) as figure:
         for axes, name in zip(
             figure.subplots(1, 3), ("normal_force", "contact_radius", "normal_stiffness"), strict=True
         ):
@@ -23,7 +23,7 @@ def curves(data: draw.FigureData) -> draw.Figure:
 
 def fields(data: draw.FigureData) -> draw.Figure:
     """Pressure, and displacement with gap, over the radius."""
-    with draw.new_figure(9.0, 3.6, estimated=True) as figure:
+    with draw.new_figure(9.0, 3.6) as figure:
         if data.field is None:
             draw.show_refusal(figure.subplots(), data)
             return figure

@@ -21,7 +21,7 @@ _ALONG = np.array([0.0, 0.12, 0.2, 0.33, 0.46, 0.59, 0.72, 0.8, 0.88, 1.0])
 
 def section(data: draw.FigureData) -> draw.Figure:
     """The contact in section with its pressure, above the equivalent line with its springs."""
-    with draw.new_figure(6.4, 5.6, estimated=True) as figure:
+    with draw.new_figure(6.4, 5.6) as figure:
         section_into(figure, data)
     return figure
 

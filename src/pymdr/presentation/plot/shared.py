@@ -134,21 +134,15 @@ class Plots:
 
 
 @contextmanager
-def new_figure(
-    width: float, height: float, *, letters: bool = True, estimated: bool = False
-) -> Iterator[Figure]:
-    """
-    An empty figure of a size in inches, to be drawn in the style of all figures; letters for its panels come last.
-
-    Panels of one grid with numbers and legends above them may be placed by estimated lengths of their labels.
-    """
+def new_figure(width: float, height: float, *, letters: bool = True) -> Iterator[Figure]:
+    """An empty figure of a size in inches, to be drawn in the style of all figures; letters for its panels come last."""
     import matplotlib as mpl
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-    from pymdr.presentation.plot.drawing import Drawing, EstimatedLayout
+    from pymdr.presentation.plot.drawing import Drawing
 
     with mpl.rc_context(STYLE):
-        figure = Drawing(figsize=(width, height), layout=EstimatedLayout() if estimated else "constrained")
+        figure = Drawing(figsize=(width, height), layout="constrained")
         FigureCanvasAgg(figure)  # remembers what it measured of formulas
         yield figure
         if letters:
