@@ -36,15 +36,20 @@ def series(draw, decades=3.0, most=5, liquid=True):
     return mdr.Prony(equilibrium, moduli, times)
 
 
+SOLID = mdr.Prony("1 MPa", ["2 MPa", "0.3 MPa", "10 MPa"], ["1 ms", "1 s", "30 s"])
+LIQUID = mdr.Prony(0.0, ["2 MPa", "0.3 MPa"], ["0.1 s", "1 s"])
+MAXWELL = mdr.Maxwell("1 kPa", "2 s"), mdr.Maxwell("1 kPa", viscosity="3 kPa*s")
+STANDARD = mdr.StandardSolid("1 MPa", "3 MPa", "0.4 s")
+DASHPOT = mdr.KelvinVoigt("1 MPa", "0.5 MPa*s")
+POWER = mdr.PowerLawRheology("1 kPa", "2 s", 0.7)
 RHEOLOGIES = [
-    mdr.Prony("1 MPa", ["2 MPa", "0.3 MPa", "10 MPa"], ["1 ms", "1 s", "30 s"]),
-    mdr.Prony(0.0, ["2 MPa", "0.3 MPa"], ["0.1 s", "1 s"]),
-    mdr.Maxwell("1 kPa", "2 s"),
-    mdr.Maxwell("1 kPa", viscosity="3 kPa*s"),
-    mdr.StandardSolid("1 MPa", "3 MPa", "0.4 s"),
-    mdr.KelvinVoigt("1 MPa", "0.5 MPa*s"),
+    SOLID,
+    LIQUID,
+    *MAXWELL,
+    STANDARD,
+    DASHPOT,
     mdr.PowerLawRheology("1 kPa", "1 s", 0.2),
-    mdr.PowerLawRheology("1 kPa", "2 s", 0.7),
+    POWER,
 ]
 words = pytest.mark.parametrize("rheology", RHEOLOGIES, ids=lambda r: type(r).__name__)
 
@@ -161,7 +166,7 @@ def test_units_of_time_and_modulus_do_not_matter(rheology, later, stiffer):
     assert stiffer * other.creep(later * t) == pytest.approx(rheology.creep(t), rel=1e-11)
 
 
-@pytest.mark.parametrize("rheology", [RHEOLOGIES[2], RHEOLOGIES[3], RHEOLOGIES[4]])
+@pytest.mark.parametrize("rheology", [*MAXWELL, STANDARD])
 def test_series_of_one_term_are_the_same(rheology):
     t = np.geomspace(1e-3, 1e2, 20)
     same = rheology.prony()
@@ -237,7 +242,7 @@ def test_a_power_as_a_series(exponent, first, decades, error):
 @pytest.mark.parametrize("span", [(0.0, 1.0), (1.0, 1.0), (2.0, 1.0), (-1.0, 1.0), (1e-20, 1e20)])
 def test_spans_that_are_none(span):
     with pytest.raises(mdr.ProblemError, match="span from"):
-        RHEOLOGIES[-1].prony(*span)
+        POWER.prony(*span)
 
 
 @pytest.mark.parametrize("exponent", [0.05, 0.3, 0.5, 0.9])
@@ -269,7 +274,7 @@ def test_a_power_and_a_spring_relax_by_the_function_of_mittag_leffler():
 
 
 def test_a_power_needs_a_span_and_an_error():
-    law = RHEOLOGIES[-1]
+    law = POWER
     body = mdr.Viscoelastic(law, poisson=0.5)
     with pytest.raises(mdr.ProblemError, match="span = "):
         mdr.relaxation_of(body)
@@ -284,12 +289,12 @@ def test_a_power_needs_a_span_and_an_error():
 
 SPAN = (1e-12, 1e8)
 BODIES = {
-    "constant nu": mdr.Viscoelastic(RHEOLOGIES[0], poisson=0.3),
-    "liquid, constant K": mdr.Viscoelastic(RHEOLOGIES[1], bulk="10 MPa"),
-    "soft K": mdr.Viscoelastic(RHEOLOGIES[0], bulk="0.1 MPa"),
-    "hard K": mdr.Viscoelastic(RHEOLOGIES[4], bulk="1 GPa"),
-    "dashpot, K": mdr.Viscoelastic(RHEOLOGIES[5], bulk="1 MPa"),
-    "dashpot, nu": mdr.Viscoelastic(RHEOLOGIES[5], poisson=0.4),
+    "constant nu": mdr.Viscoelastic(SOLID, poisson=0.3),
+    "liquid, constant K": mdr.Viscoelastic(LIQUID, bulk="10 MPa"),
+    "soft K": mdr.Viscoelastic(SOLID, bulk="0.1 MPa"),
+    "hard K": mdr.Viscoelastic(STANDARD, bulk="1 GPa"),
+    "dashpot, K": mdr.Viscoelastic(DASHPOT, bulk="1 MPa"),
+    "dashpot, nu": mdr.Viscoelastic(DASHPOT, poisson=0.4),
     "Maxwell": mdr.Viscoelastic(mdr.Maxwell("1 MPa", "1 s"), poisson=0.5),
     "power": mdr.Viscoelastic(mdr.PowerLawRheology("1 MPa", "1 s", 0.3), poisson=0.2),
     "elastic": mdr.Elastic("1 MPa", 0.3),
@@ -341,7 +346,7 @@ def test_pairs_against_laplace_inversion(one, other):
 @settings(max_examples=examples(15), deadline=None)
 @given(power(4.0, 16.0), st.one_of(st.none(), st.floats(1.0, 3.0), power(-14.0, 0.0).map(lambda x: 1.0 + x)))
 def test_bodies_that_share_their_times(bulk, stiffer):
-    law = RHEOLOGIES[0]
+    law = SOLID
     body = mdr.Viscoelastic(law, bulk=bulk)
     second = (
         mdr.Viscoelastic(law, poisson=0.5) if stiffer is None else mdr.Viscoelastic(law, bulk=stiffer * bulk)
@@ -389,7 +394,7 @@ def test_constant_bulk_modulus_of_a_standard_solid_has_the_times_of_the_theory()
 
 
 def test_a_body_that_cannot_be_compressed_has_both_forms():
-    shear = RHEOLOGIES[0]
+    shear = SOLID
     t = np.geomspace(1e-4, 1e3, 30)
     assert mdr.relaxation_of(mdr.Viscoelastic(shear, bulk=1e20))(t) == pytest.approx(
         mdr.relaxation_of(mdr.Viscoelastic(shear, poisson=0.5))(t), rel=1e-11
@@ -609,7 +614,7 @@ def table(file, head, *columns):
 @pytest.mark.parametrize("unit", ["frequency [Hz]", "omega [rad/s]"])
 def test_a_sweep_from_a_file(tmp_path, unit):
     w = np.geomspace(0.1, 1e3, 41)
-    law = RHEOLOGIES[4]
+    law = STANDARD
     along = w / (2.0 * math.pi) if "Hz" in unit else w
     head = f"{unit}, G' [kPa], G'' [kPa], temperature [degC]"
     file = table(tmp_path / "dma.csv", head, along, law.storage(w) / 1e3, law.loss(w) / 1e3, 20.0 + 0.0 * w)
@@ -636,7 +641,7 @@ indentation = "1 um"
 
 def test_a_case_may_name_a_relaxation_test(tmp_path):
     t = np.geomspace(1e-3, 1e2, 41)
-    table(tmp_path / "g.csv", "time [ms], G [kPa]", 1e3 * t, RHEOLOGIES[4].relaxation(t) / 1e3)
+    table(tmp_path / "g.csv", "time [ms], G [kPa]", 1e3 * t, STANDARD.relaxation(t) / 1e3)
     case = tmp_path / "case.toml"
     case.write_text(CASE.format('file = "g.csv"'))
     assert read_case(case).contact.body.shear.times == pytest.approx([0.4], rel=1e-9)
@@ -681,7 +686,7 @@ def test_files_that_are_no_measurement(tmp_path, head, match):
 
 def test_the_figure_of_a_fit():
     t = np.geomspace(1e-3, 1e2, 41)
-    law = RHEOLOGIES[4]
+    law = STANDARD
     for data in (
         {"time": t, "modulus": law.relaxation(t)},
         {"omega": t, "storage": law.storage(t), "loss": law.loss(t)},
@@ -739,13 +744,13 @@ def test_the_schema_knows_rheologies():
         (lambda: mdr.KelvinVoigt(1.0, -1.0), "KelvinVoigt.viscosity"),
         (lambda: mdr.PowerLawRheology(1.0, 1.0, 1.0), "exponent"),
         (lambda: mdr.PowerLawRheology(1.0, 1.0, 0.0), "exponent"),
-        (lambda: mdr.Viscoelastic(RHEOLOGIES[0]), "neither poisson nor bulk"),
-        (lambda: mdr.Viscoelastic(RHEOLOGIES[0], poisson=0.5, bulk=1.0), "both poisson and bulk"),
-        (lambda: mdr.Viscoelastic(RHEOLOGIES[0], poisson=0.6), "Viscoelastic.poisson"),
-        (lambda: mdr.Viscoelastic(RHEOLOGIES[0], bulk=0.0), "Viscoelastic.bulk"),
+        (lambda: mdr.Viscoelastic(SOLID), "neither poisson nor bulk"),
+        (lambda: mdr.Viscoelastic(SOLID, poisson=0.5, bulk=1.0), "both poisson and bulk"),
+        (lambda: mdr.Viscoelastic(SOLID, poisson=0.6), "Viscoelastic.poisson"),
+        (lambda: mdr.Viscoelastic(SOLID, bulk=0.0), "Viscoelastic.bulk"),
         (lambda: mdr.Viscoelastic("1 MPa", poisson=0.5), "Viscoelastic.shear"),
-        (lambda: RHEOLOGIES[0].relaxation(-1.0), "time = -1 s"),
-        (lambda: RHEOLOGIES[-1].storage(-1.0), "omega = -1 rad/s"),
+        (lambda: SOLID.relaxation(-1.0), "time = -1 s"),
+        (lambda: POWER.storage(-1.0), "omega = -1 rad/s"),
     ],
 )
 def test_bad_rheologies(make, match):
