@@ -8,8 +8,7 @@ and pressure are compared with reference/quadrature.py. A value violates its cla
 
     |value - truth| > 10 * claims[name].error * size + 1e-14 * size,
 
-where an error that is not known counts as 0 (of a field, of which no error is claimed because a ring is neglected next to a kink, as the error that was measured
-of the map) and the size of a quantity is the integral of its absolute integrand; for a contact radius a the rounding is
+where an error that is not known counts as 0 and the size of a quantity is the integral of its absolute integrand; for a contact radius a the rounding is
 1e-14 a (1 + condition) with the condition g / (a g') of its equation. Of the other kinds the size is the value, and 1e-9 and the
 error of the reference are allowed beside the claim. ``--seed`` and ``--only`` replay a problem. ``--folder`` keeps what is done: the
 same command goes on where it was stopped, and with a larger ``--count`` adds to it. ``--cluster tcp://node:8786`` hands the problems to a
@@ -145,23 +144,6 @@ def claimed_errors(result, name, rows):
         # the strictest reading: nothing is claimed to be off
         return np.zeros(rows)
     return np.broadcast_to(np.asarray(claim.error, dtype=float), (rows,))
-
-
-def measured_errors(profile, depth):
-    """
-    The relative error of the pressure that was measured of the map, at depths.
-
-    Next to a concave kink a disk neglects a ring, be it a hundred orders narrower than an atom. The error of the pressure in it is not known, so none is
-    claimed; outside it the pressure is as precise as the map, which the rounding of f limits at radii far below a.
-    """
-    from pymdr.interpretation.accuracy import normal_errors
-    from pymdr.line.foundation import ElasticLine, states_at_depth
-    from pymdr.mapping.equivalent import equivalent_profile
-
-    line = ElasticLine(equivalent_profile(profile), float(MODULUS))
-    errors = normal_errors(line, states_at_depth(line, depth), np.zeros(depth.shape, dtype=bool))
-    # exact numerics, which a claim without an error has, are within EXACT_WITHIN
-    return np.minimum(errors.get("pressure", np.zeros(depth.shape)), EXACT_WITHIN / 10.0)
 
 
 def is_exact(result):
@@ -308,8 +290,6 @@ def judge(outcome, rng, drawn, curve, result, control, targets, panel, offset, e
     a = quadrature.radius(curve, panel, offset)
     truth = quadrature.images(curve, panel, offset)
     errors = {name: claimed_errors(result, name, rows) for name in QUANTITIES}
-    if of == "g" and result.claims["pressure"].readable and result.claims["pressure"].error is None:
-        errors["pressure"] = measured_errors(result.contact.profile, targets)
     size = truth.g_size if of == "g" else truth.moment_size / a
     condition = size / (a * truth.slope)
     quantities = {
