@@ -8,7 +8,7 @@ import pytest
 
 import pymdr as mdr
 from pymdr.errors import ProblemError
-from pymdr.workbench.case_studies import pull_off_of
+from pymdr.workbench.case_studies import contact_studies, pull_off_of
 from pymdr.workbench.casefile import read_case
 
 BALL = mdr.Paraboloid(1.0)
@@ -269,3 +269,38 @@ def read_case_contact(case):
         return read_case(case).contact
     finally:
         case.write_text(text)
+
+
+def test_a_tolerance_is_passed_on_to_the_solution_of_a_test(tmp_path):
+    """In Python, in a sweep and from both tables of a case file."""
+    asked = {"pressed_to": 0.5, "speed": 0.5}
+    test = mdr.pull_off(TACKY, **asked, tolerance=1e-3)
+    path = test.result.path
+    same = mdr.solve(TACKY, path, tolerance=1e-3)
+    assert np.array_equal(test.result["normal_force"], same["normal_force"])
+    assert not np.array_equal(test.result["normal_force"], mdr.solve(TACKY, path)["normal_force"])
+    swept = mdr.sweep(TACKY, path, over={"adhesion.work": [1.0]}, tolerance=1e-3)
+    assert swept.data["normal_force"].values.min() == same["normal_force"].values.min()
+    (batch,) = mdr.solve_batch([TACKY], path, tolerance=1e-3)
+    assert np.array_equal(batch["normal_force"], same["normal_force"])
+    pulls = []
+    for place in ("[solve]\ntolerance = 1e-3\n[pull_off]", "[pull_off]\ntolerance = 1e-3", "[pull_off]"):
+        file = tmp_path / "case.toml"
+        leg = '\n[[path]]\nkind = "indent"\nindentation = "1 um"\nduration = "1 s"\n'
+        file.write_text(CASE + place + '\npressed_to = "0.1 mm"\nspeed = "50 um/s"\n' + leg)
+        pulls.append(contact_studies(read_case(file))["pull_off"].normal_force)
+    assert pulls[0] == pulls[1] != pulls[2]
+
+
+@pytest.mark.parametrize("tolerance", [1.0, math.nan, True, "1e-4"])
+def test_a_tolerance_out_of_its_limits_is_refused_by_every_verb(tolerance):
+    path = mdr.indent(0.5, duration=1.0)
+    for verb in (
+        lambda: mdr.pull_off(TACKY, pressed_to=0.5, speed=0.5, tolerance=tolerance),
+        lambda: mdr.pull_off_curve(TACKY, pressed_to=0.5, speed=[0.5, 1.0], tolerance=tolerance),
+        lambda: mdr.sweep(TACKY, path, over={"adhesion.work": [1.0]}, tolerance=tolerance),
+        lambda: mdr.solve_batch([TACKY], path, tolerance=tolerance),
+        lambda: mdr.assess(TACKY, path, tolerance=tolerance),
+    ):
+        with pytest.raises(ProblemError, match="it must be a number from 1e-6 to 1e-2"):
+            verb()

@@ -67,6 +67,7 @@ def assess(
     machine_stiffness: QuantityLike | None = None,
     keep: int | ArrayLike | None = None,
     solver: Rings | None = None,
+    tolerance: float | None = None,
 ) -> Assessment:
     """
     State the claims of a contact for the loads that a path reaches.
@@ -80,7 +81,7 @@ def assess(
         Profile, materials and laws.
     path : LoadingPath
         Loads for which the claims are stated.
-    machine_stiffness, keep, solver : optional
+    machine_stiffness, keep, solver, tolerance : optional
         As for :func:`solve`; with `solver` the ends of the legs are solved.
 
     Returns
@@ -110,6 +111,7 @@ def assess(
         machine_stiffness=stiffness,
         keep=kept if whole else None,
         solver=solver,
+        tolerance=tolerance,
     )
     largest = {
         name: ((), float(np.nanmax(result.data[name].values)), {"units": QUANTITIES[name].unit})

@@ -65,6 +65,7 @@ def solve_batch(
     *,
     machine_stiffness: QuantityLike | None = None,
     keep: int | ArrayLike | None = None,
+    tolerance: float | None = None,
     workers: Workers = 1,
     throw: bool = True,
     progress: Progress | None = None,
@@ -78,7 +79,7 @@ def solve_batch(
         Contacts to solve.
     path : LoadingPath or sequence of LoadingPath
         One for all, or as many as contacts.
-    machine_stiffness, keep
+    machine_stiffness, keep, tolerance
         As for :func:`solve`.
     workers : int or dask.distributed.Client
         The client of a cluster, or the number of processes including this one; work of less than a second stays in this one. Processes that cannot be forked
@@ -123,7 +124,7 @@ def solve_batch(
             f"solve_batch: {len(paths)} paths for {len(bodies)} contacts; give one path for all, or one for each"
         )
     requests = [Request(*both, machine_stiffness) for both in zip(bodies, paths, strict=True)]
-    answers = solutions(requests, {"keep": keep}, workers)
+    answers = solutions(requests, {"keep": keep, "tolerance": tolerance}, workers)
     return counted(_thrown(answers) if throw else answers, len(bodies), progress)
 
 

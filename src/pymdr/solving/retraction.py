@@ -119,6 +119,7 @@ def followed_tests(
     stiffness: float,
     start: tuple[QuantityLike | None, QuantityLike | None],
     workers: int = 1,
+    tolerance: float | None = None,
 ) -> tuple[list[Result], float]:
     """
     Results of tests of one contact, and its relaxed modulus E* in Pa, 0 if it flows at rest.
@@ -135,6 +136,8 @@ def followed_tests(
         Indentation in m and force in N at the end of the approach, one of them given.
     workers : int
         Number of processes.
+    tolerance : float or None
+        As for :func:`solve`.
 
     Raises
     ------
@@ -150,13 +153,14 @@ def followed_tests(
     speeds = {test.approach_speed for test in tests}
     approaches = {v: _approach(contact, v, stiffness, quantity, target) for v in speeds}
     machine = None if math.isinf(stiffness) else stiffness
+    options = {"tolerance": tolerance}
 
     def solved(which: Sequence[int], lengths: Sequence[FloatArray]) -> list[Result | PymdrError]:
         paths = [
             approaches[tests[i].approach_speed].whole(tests[i], rows)
             for i, rows in zip(which, lengths, strict=True)
         ]
-        return list(solutions([Request(contact, path, machine) for path in paths], {}, workers))
+        return list(solutions([Request(contact, path, machine) for path in paths], options, workers))
 
     modulus = relaxation_along(contact, next(iter(approaches.values())).path).rubbery
     rested: dict[_AtRest, ShortSprings | ZoneSprings] = {}

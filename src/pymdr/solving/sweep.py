@@ -38,6 +38,8 @@ from pymdr.solving.workers import KeptParts, Workers
 from pymdr.units import FloatArray, QuantityLike, shown, to_si_array, written
 
 _MACHINE, _PATH = "machine_stiffness", "path"
+_APPLIED = "keep", "tolerance"
+"""Options that apply to every point."""
 _BETWEEN_WRITES = 2.0
 """Time between writes in s."""
 _LEVELS = (Level.EXACT, Level.APPROXIMATE, Level.NOT_VALID)
@@ -135,6 +137,7 @@ class SolveOptions(TypedDict, total=False):
 
     machine_stiffness: QuantityLike | None
     keep: int | ArrayLike | None
+    tolerance: float | None
 
 
 class _Axis(NamedTuple):
@@ -178,7 +181,7 @@ def sweep(
         Folder of finished points; the same call continues an interrupted one.
     progress : callable, optional
         Called as ``progress(done, total)``.
-    machine_stiffness, keep
+    machine_stiffness, keep, tolerance
         As for :func:`solve`.
 
     Returns
@@ -212,12 +215,14 @@ def sweep(
             f"sweep: over = {shown(over)}; parameters with their values are needed, such as {{'body.young': ['1 MPa', '2 MPa']}}"
         )
     axes = [_axis(contact, str(name), values) for name, values in over.items()]
-    keep, stiffness = options.get("keep"), options.get("machine_stiffness")
+    applied, stiffness = {name: options.get(name) for name in _APPLIED}, options.get("machine_stiffness")
     machine = None if stiffness is None else read_stiffness(stiffness)
     points = list(product(*(axis.values for axis in axes)))
     answers = _Answers(len(points), wanted)
     kept = (
-        None if folder is None else KeptParts(folder, _identity(contact, path, axes, machine, keep, wanted))
+        None
+        if folder is None
+        else KeptParts(folder, _identity(contact, path, axes, machine, applied, wanted))
     )
     if kept is not None:
         for first, block in kept.parts():
@@ -225,7 +230,7 @@ def sweep(
     missing = np.flatnonzero(~answers.known)
     requests = [_point(contact, path, machine, axes, points[i]) for i in missing]
     ready = [one for one in requests if not isinstance(one, PymdrError)]
-    results = solutions(ready, {"keep": keep}, workers)
+    results = solutions(ready, applied, workers)
     written_at, first = time.monotonic(), 0
     for k, (i, one) in enumerate(zip(missing, requests, strict=True)):
         answers.add(int(i), one if isinstance(one, PymdrError) else next(results))
@@ -284,7 +289,7 @@ def _identity(
     path: LoadingPath,
     axes: Sequence[_Axis],
     machine: float | None,
-    keep: Any,
+    applied: Mapping[str, Any],
     quantities: Sequence[str] | None,
 ) -> dict[str, Any]:
     swept = [part for axis in axes for part in axis.values if isinstance(part, Profile)]
@@ -300,7 +305,7 @@ def _identity(
             for axis in axes
         },
         "machine_stiffness": machine,
-        "keep": None if keep is None else np.asarray(keep).tolist(),
+        **{name: None if value is None else np.asarray(value).tolist() for name, value in applied.items()},
         "quantities": None if quantities is None else list(quantities),
     }
 

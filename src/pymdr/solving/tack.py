@@ -30,6 +30,7 @@ from pymdr.solving.retraction import (
     stiffness_of_test,
 )
 from pymdr.solving.study import number
+from pymdr.solving.verb import check_tolerance
 from pymdr.units import QuantityLike, shown
 
 _TRIES, _NEAREST = 40, 6
@@ -101,6 +102,7 @@ def pull_off(
     dwell: QuantityLike | None = None,
     speed: QuantityLike | None = None,
     approach_speed: QuantityLike | None = None,
+    tolerance: float | None = None,
 ) -> PullOff:
     """
     Loss of an adhesive contact in retraction, and its state after the jump into contact.
@@ -125,6 +127,8 @@ def pull_off(
         Speed of the machine in retraction in m/s, above 0. Only bodies with memory take it, and they need it.
     approach_speed : quantity, optional
         Speed in approach in m/s; that of the retraction by default.
+    tolerance : float, optional
+        As for :func:`solve`: the claimed error of forces over the largest one of the test, except beside jumps.
 
     Returns
     -------
@@ -161,7 +165,7 @@ def pull_off(
     >>> round(mdr.pull_off(gel, machine_stiffness=0).normal_force / (math.pi * 5e-5), 12)
     -1.5
     """
-    adhesive(contact)
+    check_tolerance(adhesive(contact), tolerance, "pull_off")
     if not contact.is_viscoelastic:
         for name, value in (("dwell", dwell), ("speed", speed), ("approach_speed", approach_speed)):
             if value is not None:
@@ -188,7 +192,7 @@ def pull_off(
         dwell=0.0 if dwell is None else dwell_of_test(dwell),
         approach_speed=v if approach_speed is None else speed_of_test(approach_speed, "approach_speed"),
     )
-    return tack_tests(contact, [test], stiffness, (pressed_to, preload))[0]
+    return tack_tests(contact, [test], stiffness, (pressed_to, preload), tolerance=tolerance)[0]
 
 
 def tack_tests(
@@ -197,9 +201,10 @@ def tack_tests(
     stiffness: float,
     start: tuple[QuantityLike | None, QuantityLike | None],
     workers: int = 1,
+    tolerance: float | None = None,
 ) -> list[TackPullOff]:
     """Pull-offs of tests of one contact."""
-    results, modulus = followed_tests(contact, tests, stiffness, start, workers)
+    results, modulus = followed_tests(contact, tests, stiffness, start, workers, tolerance)
     elastic = ElasticPulls(contact, modulus) if modulus > 0.0 else None
     return [
         _read(contact, elastic, test, stiffness, result) for test, result in zip(tests, results, strict=True)

@@ -24,6 +24,7 @@ from pymdr.solving.pulloff import adhesive, elastic_pull_off, unit_of
 from pymdr.solving.retraction import TackTest, dwell_of_test, speed_of_test, stiffness_of_test
 from pymdr.solving.study import Column, Study, dataset
 from pymdr.solving.tack import TackPullOff, pull_off, relaxed_contact, tack_tests
+from pymdr.solving.verb import check_tolerance
 from pymdr.solving.workers import Workers
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_si_array
 
@@ -57,6 +58,7 @@ class TackOptions(TypedDict, total=False):
     pressed_to: QuantityLike | None
     preload: QuantityLike | None
     approach_speed: QuantityLike | None
+    tolerance: float | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,6 +126,8 @@ def pull_off_curve(
         As for :func:`pull_off`; one of `pressed_to` and `preload` is needed.
     approach_speed : quantity, optional
         Speed in approach in m/s, the same for all; by default the lowest of the speeds.
+    tolerance : float, optional
+        As for :func:`pull_off`.
 
     Returns
     -------
@@ -158,6 +162,8 @@ def pull_off_curve(
         raise ProblemError(
             "pull_off_curve: the bodies have no memory, and their pull-off does not depend on time; call pull_off, or give a Viscoelastic body"
         )
+    tolerance = options.get("tolerance")
+    check_tolerance(contact, tolerance, "pull_off_curve")
     v = _several(speed, "m/s", "speed")
     times = _several(dwell, "s", "dwell")
     for one in v:
@@ -169,7 +175,9 @@ def pull_off_curve(
     approach = float(v.min()) if given is None else speed_of_test(given, "approach_speed")
     start = options.get("pressed_to"), options.get("preload")
     tests = [TackTest(float(one), float(time), approach) for one in v for time in times]
-    followed = partial(tack_tests, contact, stiffness=stiffness, start=start, workers=workers)
+    followed = partial(
+        tack_tests, contact, stiffness=stiffness, start=start, workers=workers, tolerance=tolerance
+    )
     answers = followed(tests)
     relaxation = relaxation_along(contact, answers[0].result.path)
     fast, of_fast = _fast_limit(answers, relaxation, tests[: times.size], followed)

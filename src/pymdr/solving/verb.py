@@ -75,7 +75,7 @@ def solve(
     0.1
     """
     stiffness, kept = check_request(contact, path, machine_stiffness, keep)
-    check_tolerance(contact, tolerance, solver)
+    check_tolerance(contact, tolerance, solver=solver)
     solutions = 3 if solver is None and scatter_of(contact.profile) else 1
     parts = itertools.count()
 
@@ -139,15 +139,17 @@ def check_request(
     return stiffness, kept_rows(keep, path)
 
 
-def check_tolerance(contact: Contact, tolerance: float | None, solver: Rings | None) -> None:
+def check_tolerance(
+    contact: Contact, tolerance: float | None, verb: str = "solve", solver: Rings | None = None
+) -> None:
     """Refuse a tolerance outside its limits, and one of contacts whose claims need none."""
     if tolerance is None:
         return
     if isinstance(tolerance, bool) or not isinstance(tolerance, int | float) or not 1e-6 <= tolerance <= 1e-2:
-        raise ProblemError(f"solve: tolerance = {shown(tolerance)}; it must be a number from 1e-6 to 1e-2")
+        raise ProblemError(f"{verb}: tolerance = {shown(tolerance)}; it must be a number from 1e-6 to 1e-2")
     if solver is not None or not (contact.is_viscoelastic and contact.is_cohesive):
         raise ProblemError(
-            "solve: tolerance= is for MaugisDugdale or Capillary on bodies with memory, without solver=; leave it out, the claims state the errors"
+            f"{verb}: tolerance= is for MaugisDugdale or Capillary on bodies with memory, without solver=; leave it out, the claims state the errors"
         )
 
 

@@ -27,8 +27,9 @@ def contact_studies(case: Case) -> dict[str, Study]:
 
         studies["shakedown"] = shakedown(case.contact, **case.outputs["shakedown"])
     if "pull_off" in case.outputs:
-        machine = {name: case.options[name] for name in ("machine_stiffness",) if name in case.options}
-        studies["pull_off"] = pull_off_of(case.contact, **{**machine, **case.outputs["pull_off"]})
+        taken = ("machine_stiffness", "tolerance")
+        given: dict[str, Any] = {name: case.options[name] for name in taken if name in case.options}
+        studies["pull_off"] = pull_off_of(case.contact, **{**given, **case.outputs["pull_off"]})
     if "wear" in case.outputs:
         from pymdr.solving.wear import wear
 

@@ -168,6 +168,9 @@ def pull_off(
     edge: Annotated[
         bool, typer.Option("--edge", help="With memory: work of the edge over its speed instead.")
     ] = False,
+    tolerance: Annotated[
+        float | None, typer.Option(help="Cohesive zone with memory: error of the force, 1e-6 to 1e-2.")
+    ] = None,
     points: Points = None,
 ) -> tuple[str, Study]:
     """Pull-off of an adhesive contact; needs no [[path]]."""
@@ -184,6 +187,7 @@ def pull_off(
         dwell=None if dwell is None else values_of(dwell),
         approach_speed=approach_speed,
         edge=edge,
+        tolerance=tolerance,
     )
 
 

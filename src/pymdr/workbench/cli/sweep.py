@@ -81,7 +81,9 @@ def sweep(
             )
         folder = contextlib.nullcontext(None) if output is None else ready_folder(output)
         options = {
-            key: problem.options[key] for key in ("machine_stiffness", "keep") if key in problem.options
+            key: problem.options[key]
+            for key in ("machine_stiffness", "keep", "tolerance")
+            if key in problem.options
         }
         with folder as target, stages(quiet or as_json) as stage, at_work(workers, cluster) as workforce:
             swept = solve_all(
