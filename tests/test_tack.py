@@ -273,8 +273,8 @@ def read_case_contact(case):
 
 def test_a_tolerance_is_passed_on_to_the_solution_of_a_test(tmp_path):
     """In Python, in a sweep and from both tables of a case file."""
-    asked = {"pressed_to": 0.5, "speed": 0.5}
-    test = mdr.pull_off(TACKY, **asked, tolerance=1e-3)
+    start = {"pressed_to": 0.5, "speed": 0.5}
+    test = mdr.pull_off(TACKY, **start, tolerance=1e-3)
     path = test.result.path
     same = mdr.solve(TACKY, path, tolerance=1e-3)
     assert np.array_equal(test.result["normal_force"], same["normal_force"])
