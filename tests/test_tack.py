@@ -272,7 +272,7 @@ def read_case_contact(case):
 
 
 def test_a_tolerance_is_passed_on_to_the_solution_of_a_test(tmp_path):
-    """In Python, in a sweep and from both tables of a case file."""
+    """In Python, in a sweep and a batch, and from a case file, which `pymdr check` takes too."""
     start = {"pressed_to": 0.5, "speed": 0.5}
     test = mdr.pull_off(TACKY, **start, tolerance=1e-3)
     path = test.result.path
@@ -280,27 +280,31 @@ def test_a_tolerance_is_passed_on_to_the_solution_of_a_test(tmp_path):
     assert np.array_equal(test.result["normal_force"], same["normal_force"])
     assert not np.array_equal(test.result["normal_force"], mdr.solve(TACKY, path)["normal_force"])
     swept = mdr.sweep(TACKY, path, over={"adhesion.work": [1.0]}, tolerance=1e-3)
-    assert swept.data["normal_force"].values.min() == same["normal_force"].values.min()
+    assert np.array_equal(swept.data["normal_force"].values[0], same["normal_force"])
     (batch,) = mdr.solve_batch([TACKY], path, tolerance=1e-3)
     assert np.array_equal(batch["normal_force"], same["normal_force"])
     pulls = []
-    for place in ("[solve]\ntolerance = 1e-3\n[pull_off]", "[pull_off]\ntolerance = 1e-3", "[pull_off]"):
-        file = tmp_path / "case.toml"
+    file = tmp_path / "case.toml"
+    for options in ("[solve]\ntolerance = 1e-3\n", ""):
         leg = '\n[[path]]\nkind = "indent"\nindentation = "1 um"\nduration = "1 s"\n'
-        file.write_text(CASE + place + '\npressed_to = "0.1 mm"\nspeed = "50 um/s"\n' + leg)
-        pulls.append(contact_studies(read_case(file))["pull_off"].normal_force)
-    assert pulls[0] == pulls[1] != pulls[2]
+        file.write_text(CASE + options + '[pull_off]\npressed_to = "0.1 mm"\nspeed = "50 um/s"\n' + leg)
+        case = read_case(file)
+        pulls.append(contact_studies(case)["pull_off"].normal_force)
+        assert mdr.assess(case.contact, case.path, **case.options).claims
+    direct = mdr.pull_off(case.contact, pressed_to="0.1 mm", speed="50 um/s", tolerance=1e-3)
+    assert pulls[0] == direct.normal_force != pulls[1]
 
 
 @pytest.mark.parametrize("tolerance", [1.0, math.nan, True, "1e-4"])
-def test_a_tolerance_out_of_its_limits_is_refused_by_every_verb(tolerance):
-    path = mdr.indent(0.5, duration=1.0)
+def test_a_tolerance_out_of_its_limits_is_refused_by_every_verb(tolerance, tmp_path):
+    path, over = mdr.indent(0.5, duration=1.0), {"adhesion.work": [1.0, 2.0]}
     for verb in (
         lambda: mdr.pull_off(TACKY, pressed_to=0.5, speed=0.5, tolerance=tolerance),
         lambda: mdr.pull_off_curve(TACKY, pressed_to=0.5, speed=[0.5, 1.0], tolerance=tolerance),
-        lambda: mdr.sweep(TACKY, path, over={"adhesion.work": [1.0]}, tolerance=tolerance),
+        lambda: mdr.sweep(TACKY, path, over=over, tolerance=tolerance, folder=tmp_path / "kept"),
         lambda: mdr.solve_batch([TACKY], path, tolerance=tolerance),
         lambda: mdr.assess(TACKY, path, tolerance=tolerance),
     ):
         with pytest.raises(ProblemError, match="it must be a number from 1e-6 to 1e-2"):
             verb()
+    assert not (tmp_path / "kept").exists(), "a refused value must not take a folder"

@@ -33,7 +33,7 @@ from pymdr.quantities import AXES, magnitudes, quantity
 from pymdr.result import Result, Status
 from pymdr.solving.batch import Request, solutions
 from pymdr.solving.study import Study, dataset
-from pymdr.solving.verb import read_stiffness
+from pymdr.solving.verb import check_limits_of_tolerance, read_stiffness
 from pymdr.solving.workers import KeptParts, Workers
 from pymdr.units import FloatArray, QuantityLike, shown, to_si_array, written
 
@@ -217,6 +217,7 @@ def sweep(
     axes = [_axis(contact, str(name), values) for name, values in over.items()]
     applied, stiffness = {name: options.get(name) for name in _APPLIED}, options.get("machine_stiffness")
     machine = None if stiffness is None else read_stiffness(stiffness)
+    check_limits_of_tolerance(options.get("tolerance"), "sweep")
     points = list(product(*(axis.values for axis in axes)))
     answers = _Answers(len(points), wanted)
     kept = (

@@ -143,14 +143,22 @@ def check_tolerance(
     contact: Contact, tolerance: float | None, verb: str = "solve", solver: Rings | None = None
 ) -> None:
     """Refuse a tolerance outside its limits, and one of contacts whose claims need none."""
+    check_limits_of_tolerance(tolerance, verb)
+    if tolerance is None:
+        return
+    if solver is not None or not (contact.is_viscoelastic and contact.is_cohesive):
+        alone = "" if solver is None else ", without solver="
+        raise ProblemError(
+            f"{verb}: tolerance= is for MaugisDugdale or Capillary on bodies with memory{alone}; leave it out, the claims state the errors"
+        )
+
+
+def check_limits_of_tolerance(tolerance: float | None, verb: str) -> None:
+    """Refuse what is no number from 1e-6 to 1e-2, nor None."""
     if tolerance is None:
         return
     if isinstance(tolerance, bool) or not isinstance(tolerance, int | float) or not 1e-6 <= tolerance <= 1e-2:
         raise ProblemError(f"{verb}: tolerance = {shown(tolerance)}; it must be a number from 1e-6 to 1e-2")
-    if solver is not None or not (contact.is_viscoelastic and contact.is_cohesive):
-        raise ProblemError(
-            f"{verb}: tolerance= is for MaugisDugdale or Capillary on bodies with memory, without solver=; leave it out, the claims state the errors"
-        )
 
 
 def check_problem(contact: Contact, path: LoadingPath) -> None:

@@ -65,11 +65,6 @@ OUTPUTS: dict[str, tuple[str, dict[str, tuple[Any, Any, str]]]] = {
             "dwell": (_SEVERAL | None, None, "with memory: time at rest in s, one or several"),
             "speed": (_SEVERAL | None, None, "with memory: speed of the retraction in m/s, one or several"),
             "approach_speed": (_OPTIONAL, None, "with memory: speed of the approach in m/s"),
-            "tolerance": (
-                float | None,
-                None,
-                "with memory and a zone: error of the force; that of [solve] unless given",
-            ),
             "edge": (bool, False, "with memory: the work of the edge over its speed instead"),
         },
     ),
