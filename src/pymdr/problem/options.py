@@ -89,7 +89,7 @@ def refuse_unknown(title: str, keywords: Iterable[str], names: Sequence[str]) ->
             words = f"; write {near[0]}=" if near else ""
             raise TypeError(
                 f"{title}() got an unexpected keyword argument {name!r}{words} (arguments: {', '.join(names)})"
-            )
+            ) from None
 
 
 def refuse_missing(
