@@ -8,19 +8,18 @@ import sys
 from pathlib import Path
 
 import latex2mathml.converter
-import matplotlib as mpl
+import matplotlib.style
 import sphinx_gallery.backreferences
 from docutils import nodes
 from matplotlib.transforms import Bbox
 from PIL import Image
 
 import pymdr
-from pymdr.presentation.plot.shared import STYLE
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
 os.environ.setdefault("MPLBACKEND", "agg")
-mpl.rcParams.update(STYLE)
+matplotlib.style.use("pymdr.figures")
 
 project = "pymdr"
 author = "The pymdr developers"

@@ -8,10 +8,13 @@ the track, and the spectrum of the normal force, which a sensor of acoustic emis
 
 import math
 
+import matplotlib.style
 import numpy as np
 from matplotlib.figure import Figure
 
 import pymdr as mdr
+
+matplotlib.style.use("pymdr.figures")
 
 steel = mdr.Elastic("210 GPa", 0.3)
 ball = mdr.Contact(mdr.Paraboloid("10 mm"), steel, steel)

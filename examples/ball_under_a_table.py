@@ -8,10 +8,13 @@ table (Garwin 1969). Every bounce agrees with `impact`, and the balance of energ
 
 import math
 
+import matplotlib.style
 import numpy as np
 from matplotlib.figure import Figure
 
 import pymdr as mdr
+
+matplotlib.style.use("pymdr.figures")
 
 rubber = mdr.Elastic("10 MPa", 0.49)
 grip = mdr.Contact(mdr.Paraboloid("25 mm"), rubber, friction=mdr.Coulomb(2.0))

@@ -9,10 +9,13 @@ impacts lose less.
 
 import math
 
+import matplotlib.style
 import numpy as np
 from matplotlib.figure import Figure
 
 import pymdr as mdr
+
+matplotlib.style.use("pymdr.figures")
 
 rubber = mdr.Viscoelastic(mdr.StandardSolid("1 MPa", "3 MPa", "0.1 ms"), poisson=0.5)
 ball = mdr.Contact(mdr.Paraboloid("5 mm"), rubber)

@@ -11,12 +11,15 @@ Without a file it generates a similar record with noise.
 
 import sys
 
+import matplotlib.style
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 from scipy.optimize import nnls
 
 import pymdr as mdr
+
+matplotlib.style.use("pymdr.figures")
 
 file = sys.argv[1] if __name__ == "__main__" and len(sys.argv) > 1 else None
 

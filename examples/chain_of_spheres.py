@@ -8,10 +8,13 @@ the largest speed of a sphere (Nesterenko 1983).
 
 import math
 
+import matplotlib.style
 import numpy as np
 from matplotlib.figure import Figure
 
 import pymdr as mdr
+
+matplotlib.style.use("pymdr.figures")
 
 radius, mass, count = 5e-3, 4e-3, 30
 steel = mdr.Elastic("210 GPa", 0.3)

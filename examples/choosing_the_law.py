@@ -6,10 +6,13 @@ Small stiff tips attract over a range that is large compared with their deformat
 (JKR). The law of Maugis and Dugdale covers both; pymdr gives the error of the simpler laws in the pull-off force.
 """
 
+import matplotlib.style
 import numpy as np
 from matplotlib.figure import Figure
 
 import pymdr as mdr
+
+matplotlib.style.use("pymdr.figures")
 
 silica = mdr.Elastic(young="70 GPa", poisson=0.17)
 radii = np.geomspace(1e-9, 5e-3, 12)

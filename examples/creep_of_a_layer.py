@@ -6,9 +6,12 @@ A bead of 250 um rests on a gel layer of 50 um. The gel creeps, and the glass be
 less than a deep gel, and the ratio of both depths falls with time.
 """
 
+import matplotlib.style
 from matplotlib.figure import Figure
 
 import pymdr as mdr
+
+matplotlib.style.use("pymdr.figures")
 
 gel = mdr.Viscoelastic(mdr.StandardSolid("1 kPa", "3 kPa", "2 s"), poisson=0.5)
 path = mdr.load("0.2 uN", duration="0.1 s", steps=10) >> mdr.hold("60 s", steps=100)

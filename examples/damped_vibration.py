@@ -6,10 +6,13 @@ A mass rests on a ball contact and is pushed sideways. It swings on the tangenti
 the slipping ring at the edge of the contact. The program integrates the motion; `Stepper` gives the force.
 """
 
+import matplotlib.style
 import numpy as np
 from matplotlib.figure import Figure
 
 import pymdr as mdr
+
+matplotlib.style.use("pymdr.figures")
 
 steel = mdr.Elastic("210 GPa", 0.3)
 ball = mdr.Contact(mdr.Sphere("10 mm"), steel, steel, friction=mdr.Coulomb(0.3))

@@ -13,10 +13,13 @@ import subprocess
 import tempfile
 from pathlib import Path
 
+import matplotlib.style
 import numpy as np
 from matplotlib.figure import Figure
 
 import pymdr as mdr
+
+matplotlib.style.use("pymdr.figures")
 
 glass, steel = mdr.Elastic("70 GPa", 0.2), mdr.Elastic("210 GPa", 0.3)
 bead = mdr.Contact(mdr.Paraboloid("1 mm"), glass, steel, friction=mdr.Coulomb(0.3))

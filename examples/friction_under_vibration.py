@@ -7,10 +7,13 @@ friction lies between limits in closed form: normal to the surface that of slow 
 sliding, mu times the mean of F_N; along it (2 / pi) mu F_N arcsin(v / v_max).
 """
 
+import matplotlib.style
 import numpy as np
 from matplotlib.figure import Figure
 
 import pymdr as mdr
+
+matplotlib.style.use("pymdr.figures")
 
 steel = mdr.Elastic("210 GPa", 0.3)
 pad = mdr.Contact(mdr.Paraboloid("10 mm"), steel, steel, friction=mdr.Coulomb(0.3))

@@ -8,10 +8,13 @@ stress. Under a ball its pressure is wider and lower than that of a homogeneous 
 
 import math
 
+import matplotlib.style
 import numpy as np
 from matplotlib.figure import Figure
 
 import pymdr as mdr
+
+matplotlib.style.use("pymdr.figures")
 
 R, k = 5e-3, 0.3
 implant = mdr.Graded(young="20 GPa", depth="1 mm", exponent=k, poisson=0.3)

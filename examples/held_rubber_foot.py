@@ -7,10 +7,13 @@ followed step by step, as a machine or a particle code moves them. Normal and ta
 function, so that what sticks goes on to stick while both forces fall.
 """
 
+import matplotlib.style
 import numpy as np
 from matplotlib.figure import Figure
 
 import pymdr as mdr
+
+matplotlib.style.use("pymdr.figures")
 
 solid = mdr.StandardSolid("1 MPa", "3 MPa", "0.5 s")
 foot = mdr.Contact(mdr.Paraboloid("10 mm"), mdr.Viscoelastic(solid, poisson=0.5), friction=mdr.Coulomb(0.5))

@@ -9,9 +9,12 @@ and of a stiff contact.
 import math
 from itertools import pairwise
 
+import matplotlib.style
 from matplotlib.figure import Figure
 
 import pymdr as mdr
+
+matplotlib.style.use("pymdr.figures")
 
 radius = 30e-9
 tip = mdr.Paraboloid(radius)

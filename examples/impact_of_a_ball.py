@@ -7,10 +7,13 @@ and it leaves with a spin. Two slow impacts of a soft ball show the effect of ad
 rebound.
 """
 
+import matplotlib.style
 import numpy as np
 from matplotlib.figure import Figure
 
 import pymdr as mdr
+
+matplotlib.style.use("pymdr.figures")
 
 steel = mdr.Elastic(young="210 GPa", poisson=0.3)
 ball = mdr.Contact(mdr.Sphere("10 mm"), steel, steel, friction=mdr.Coulomb(0.3))

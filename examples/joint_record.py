@@ -8,9 +8,12 @@ history of load and shift is also a path, and the theory predicts the force alon
 
 from pathlib import Path
 
+import matplotlib.style
 from matplotlib.figure import Figure
 
 import pymdr as mdr
+
+matplotlib.style.use("pymdr.figures")
 
 try:
     here = Path(__file__).parent

@@ -12,10 +12,13 @@ import subprocess
 import tempfile
 from pathlib import Path
 
+import matplotlib.style
 import numpy as np
 from matplotlib.figure import Figure
 
 import pymdr as mdr
+
+matplotlib.style.use("pymdr.figures")
 
 rubber = mdr.Viscoelastic(mdr.Prony("1 MPa", ["2 MPa", "0.5 MPa"], ["0.2 ms", "5 ms"]), poisson=0.5)
 bead = mdr.Contact(mdr.Paraboloid("5 mm"), rubber)

@@ -7,10 +7,13 @@ error. The example is a hyperboloid, a tip with a blunt end and straight flanks,
 depth.
 """
 
+import matplotlib.style
 import numpy as np
 from matplotlib.figure import Figure
 
 import pymdr as mdr
+
+matplotlib.style.use("pymdr.figures")
 
 bluntness, flank, worn = (
     2e-6,

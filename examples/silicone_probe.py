@@ -6,9 +6,12 @@ A glass ball rests on a soft silicone and is pulled off at four speeds. A faster
 edge of the contact is loaded before it has relaxed.
 """
 
+import matplotlib.style
 from matplotlib.figure import Figure
 
 import pymdr as mdr
+
+matplotlib.style.use("pymdr.figures")
 
 ball = mdr.Paraboloid("1 mm")
 silicone = mdr.Viscoelastic(mdr.StandardSolid("10 kPa", "30 kPa", "1 s"), poisson=0.5)

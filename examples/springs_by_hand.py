@@ -8,10 +8,13 @@ the pressure of a flat punch; their sum approaches Hertz' pressure as the square
 
 import math
 
+import matplotlib.style
 import numpy as np
 from matplotlib.figure import Figure
 
 import pymdr as mdr
+
+matplotlib.style.use("pymdr.figures")
 
 ball = mdr.Contact(mdr.Paraboloid("10 mm"), mdr.Elastic("1 GPa", 0.3))
 depth, half = 5e-6, 0.3e-3

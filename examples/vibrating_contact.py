@@ -6,10 +6,13 @@ Load and shift oscillate together, out of phase. If the load decreases, the stic
 surface sticks without shear. The state depends on the whole history, and pymdr follows this history exactly.
 """
 
+import matplotlib.style
 import numpy as np
 from matplotlib.figure import Figure
 
 import pymdr as mdr
+
+matplotlib.style.use("pymdr.figures")
 
 steel = mdr.Elastic(young="210 GPa", poisson=0.3)
 joint = mdr.Contact(mdr.Sphere("10 mm"), steel, steel, friction=mdr.Coulomb(0.3))

@@ -14,6 +14,7 @@ import tomllib
 from pathlib import Path
 from types import SimpleNamespace
 
+import matplotlib
 import numpy as np
 import pytest
 
@@ -306,7 +307,7 @@ def test_mathematics_keeps_its_spaces(tex):
         pytest.importorskip(package, reason="the packages of the group docs are not installed")
     nodes = pytest.importorskip("docutils.nodes")
     shown = SimpleNamespace(body=[])
-    with pytest.raises(nodes.SkipNode):
+    with matplotlib.rc_context(), pytest.raises(nodes.SkipNode):
         runpy.run_path(str(DOCS / "conf.py"))["render_math"](shown, nodes.math(text=tex))
     assert re.search(MATHEMATICS[tex], shown.body[0]), shown.body[0]
 

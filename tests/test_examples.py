@@ -6,6 +6,7 @@ import runpy
 import tomllib
 from pathlib import Path
 
+import matplotlib
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -70,13 +71,15 @@ def saved(monkeypatch):
     """The names under which a script saves its figures; no file is written."""
     names = []
     monkeypatch.setattr(Figure, "savefig", lambda figure, name: names.append(name))
-    return names
+    with matplotlib.rc_context():
+        yield names
 
 
 @pytest.mark.parametrize("script", sorted(SCRIPTS), ids=lambda p: p.stem)
 def test_script(script, saved, capsys):
     text = script.read_text()
     assert "assert " in text
+    assert ("import Figure" in text) == ('matplotlib.style.use("pymdr.figures")' in text)
     with collected_figures() as figures:
         runpy.run_path(str(script))
     for figure in figures:

@@ -3,6 +3,7 @@
 import itertools
 import math
 
+import matplotlib.style
 import numpy as np
 import pytest
 import xarray as xr
@@ -250,6 +251,12 @@ def lab(colour, missing):
     linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
     x, y, z = np.cbrt(TO_XYZ @ np.clip(WITHOUT_CONES[missing] @ linear, 1e-3, 1.0))
     return np.array([116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)])
+
+
+def test_figures_of_others_may_have_the_style():
+    with matplotlib.style.context("pymdr.figures"), new_figure(3.0, 2.0) as figure:
+        assert matplotlib.rcParams["axes.prop_cycle"].by_key()["color"] == list(CYCLE)
+        assert figure.dpi == 150
 
 
 @pytest.mark.parametrize("missing", WITHOUT_CONES)

@@ -10,9 +10,12 @@ error of one quantity of one problem. ``python -m tests.accuracy --quick --count
 
 from pathlib import Path
 
+import matplotlib.style
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.figure import Figure
+
+matplotlib.style.use("pymdr.figures")
 
 try:
     here = Path(__file__).parent

@@ -7,10 +7,13 @@ For the same body it is far too large at one indentation and too small at anothe
 and boundary elements on rings give the force.
 """
 
+import matplotlib.style
 import numpy as np
 from matplotlib.figure import Figure
 
 import pymdr as mdr
+
+matplotlib.style.use("pymdr.figures")
 
 k, A = 40.0, 15.0
 h = A / k**2

@@ -7,10 +7,13 @@ denominator. Both constants vanish together, so the test for elastic similarity 
 -0.117 instead of -0.446.
 """
 
+import matplotlib.style
 import numpy as np
 from matplotlib.figure import Figure
 
 import pymdr as mdr
+
+matplotlib.style.use("pymdr.figures")
 
 steel = mdr.Elastic("210 GPa", 0.30)
 aluminium = mdr.Elastic("70 GPa", 0.33)

@@ -10,10 +10,13 @@ radius, and exactly its friction, but half of its pull-off force.
 import math
 from dataclasses import replace
 
+import matplotlib.style
 import numpy as np
 from matplotlib.figure import Figure
 
 import pymdr as mdr
+
+matplotlib.style.use("pymdr.figures")
 
 body = mdr.Elastic("1 MPa", 0.5)
 one = mdr.Contact(mdr.Paraboloid("1 mm"), body)

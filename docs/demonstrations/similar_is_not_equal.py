@@ -8,9 +8,12 @@ Poisson's ratios are similar if their moduli are suitable. Two bodies of nearly 
 and lowers its claims where it is not 0.
 """
 
+import matplotlib.style
 from matplotlib.figure import Figure
 
 import pymdr as mdr
+
+matplotlib.style.use("pymdr.figures")
 
 steel = mdr.Elastic("210 GPa", 0.3)
 rubber = mdr.Elastic("3 MPa", 0.5)

@@ -6,11 +6,14 @@ The mapping rule of Argatov's discussion (its eq. 6) is printed with f(r) instea
 right-hand side is an area. Its own example, g = x^2 / R for a paraboloid, needs the prime.
 """
 
+import matplotlib.style
 import numpy as np
 from matplotlib.figure import Figure
 
 import pymdr as mdr
 from pymdr.mapping import abel
+
+matplotlib.style.use("pymdr.figures")
 
 R = 2.0
 with_prime = abel.forward(lambda r: r / R, 1.0)

@@ -10,10 +10,13 @@ equilibrium. Only a strength that is updated after every separated spring gives 
 
 import math
 
+import matplotlib.style
 import numpy as np
 from matplotlib.figure import Figure
 
 import pymdr as mdr
+
+matplotlib.style.use("pymdr.figures")
 
 # in units of R, E* and the work of adhesion
 contact = mdr.Contact(mdr.Paraboloid(1.0), mdr.Elastic(0.75, 0.5), adhesion=mdr.JKR(1.0))

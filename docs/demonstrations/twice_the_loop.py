@@ -7,10 +7,13 @@ The dissipation of a sphere that vibrates at constant load (Mindlin and Deresiew
 calculated dissipation of two equal spheres, over the relative shift of their centres, is one half of the true value.
 """
 
+import matplotlib.style
 import numpy as np
 from matplotlib.figure import Figure
 
 import pymdr as mdr
+
+matplotlib.style.use("pymdr.figures")
 
 steel = mdr.Elastic("210 GPa", 0.3)
 mu, force = 0.3, 50.0

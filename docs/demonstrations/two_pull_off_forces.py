@@ -10,10 +10,13 @@ a cantilever between the two values. Law and machine together determine the pull
 
 import math
 
+import matplotlib.style
 import numpy as np
 from matplotlib.figure import Figure
 
 import pymdr as mdr
+
+matplotlib.style.use("pymdr.figures")
 
 R, work = 50e-6, 2e-3
 gel = mdr.Elastic("30 kPa", 0.5)

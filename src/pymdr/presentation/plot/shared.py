@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from importlib.resources import files
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from cycler import cycler
 from numpy.typing import NDArray
 
 from pymdr.interpretation.jumps import Branches
@@ -31,7 +31,7 @@ BLUE, ORANGE, GREEN = "#0072B2", "#D55E00", "#009E73"
 SKY, AMBER, PURPLE = "#56B4E9", "#E69F00", "#CC79A7"
 GREY, LIGHT = "#666666", "#DDDDDD"
 CYCLE = (BLUE, ORANGE, SKY, AMBER, PURPLE, GREEN)
-"""Okabe and Ito's colours, distinct for colour-blind readers."""
+"""Okabe and Ito's colours, as in ``figures.mplstyle``."""
 SMALL = 8.0
 """Font size in points of legends and of notes in panels."""
 MOST = 20_000
@@ -46,22 +46,6 @@ _UNMET = 100
 """Characters per line below a figure."""
 _ROUNDING = 1e-4
 """Relative range of values that is drawn as constant."""
-STYLE: Any = {
-    "axes.formatter.useoffset": False,
-    "axes.prop_cycle": cycler(color=CYCLE),
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.titlesize": SMALL,
-    "axes.titley": 1.0,  # no numbers stand above panels: titles need not be moved over them
-    "figure.dpi": 150,  # of written figures
-    "font.family": "DejaVu Sans",  # a list of families is searched for each text
-    "font.size": 9,
-    "legend.fontsize": SMALL,
-    "legend.columnspacing": 1.0,
-    "legend.frameon": False,
-    "legend.handlelength": 1.6,
-    "legend.title_fontsize": SMALL,
-}
 
 
 @dataclass(frozen=True)
@@ -141,7 +125,8 @@ def new_figure(width: float, height: float, *, letters: bool = True) -> Iterator
 
     from pymdr.presentation.plot.drawing import Drawing
 
-    with mpl.rc_context(STYLE):
+    style = mpl.rc_params_from_file(files("pymdr") / "figures.mplstyle", use_default_template=False)
+    with mpl.rc_context(style):
         figure = Drawing(figsize=(width, height), layout="constrained")
         FigureCanvasAgg(figure)  # remembers what it measured of formulas
         yield figure
