@@ -44,14 +44,25 @@ def in_c(code, depth, shift, lasting):
     return out[: code.run(code.bytes, np.ascontiguousarray(depth), both, out, depth.size)]
 
 
+def ends(duration, shortest, parts):
+    """Where the parts of a step end: the first of equal parts is graded from the shortest relaxation time, two a decade."""
+    decades = math.log10(1.0 + duration / (parts * shortest))
+    graded = (10.0 ** np.linspace(0.0, decades, max(math.ceil(2.0 * decades), 1) + 1) - 1.0)[1:-1]
+    return [*(graded * shortest / duration).tolist(), *(part / parts for part in range(1, parts))]
+
+
 def followed(contact, springs, motion, parts=1):
     stepper, rows, here = mdr.Stepper(contact, DEEPEST, springs=springs), [], np.zeros(2)
+    shortest = float(contact.body.shear.prony().times.min())
     if parts > 1:  # loads are taken as straight on every part
         stepper._moved.division = math.inf, 1
     for d, u, t in zip(*(each.tolist() for each in motion), strict=True):
-        for part in range(1, parts + 1):
-            at = here + (np.array([d, u]) - here) * (part / parts) if part < parts else np.array([d, u])
-            stepper.advance(float(at[0]), shift=float(at[1]), duration=t / parts)
+        last = 0.0
+        for end in ends(t, shortest, parts) if parts > 1 else ():
+            at = here + (np.array([d, u]) - here) * end
+            stepper.advance(float(at[0]), shift=float(at[1]), duration=t * (end - last))
+            last = end
+        stepper.advance(d, shift=u, duration=t * (1.0 - last))
         here = np.array([d, u])
         rows.append([getattr(stepper, name) for name in NAMES])
     return np.array(rows)

@@ -18,12 +18,17 @@ class ShearedInC:
     friction: float
     """Coefficient, finite and above 0."""
     parts: int
-    """Equal parts of each step, on which loads are straight."""
+    """Equal parts of each step, on which loads are straight; the first is divided further."""
 
     @property
     def constants(self) -> dict[str, tuple[float, str]]:
         """Value and unit by name."""
-        own = {"FRICTION": (self.friction, ""), "SHEAR_MODULUS": (self.partners.equilibrium, "Pa")}
+        shortest = min(float(springs.branches[1].min()) for springs in (self.pressed, self.partners))
+        own = {
+            "FRICTION": (self.friction, ""),
+            "SHEAR_MODULUS": (self.partners.equilibrium, "Pa"),
+            "SHORTEST_TIME": (shortest, "s"),
+        }
         return self.pressed.constants | own
 
     @property
@@ -33,7 +38,8 @@ class ShearedInC:
             "@_advance(&state, d, u, duration) goes straight to the indentation d and the shift u in m within a duration in s, 0 for a sudden "
             "step, and writes both forces and the energies into the state, which begins as zeros. It returns 0, or 1 and leaves the state if d "
             "is above the largest indentation, a value is not within 1e60, or the duration is below 0. Loads are straight on each of @@_PARTS equal "
-            "parts of a step; define @@_PARTS before the header for others. The functions of d alone are those of a sudden indentation of bodies "
+            "parts of a step, of which the first is divided from the shortest relaxation time, two parts a decade; define @@_PARTS before the header "
+            "for others. The functions of d alone are those of a sudden indentation of bodies "
             "at rest; the radius is @_contact_radius(&state.pressed). The state has no pointers: copied or saved bytes continue."
         )
 
@@ -230,12 +236,18 @@ static inline void @_shear_part_(@_state *s, double d, double du, double duratio
 
 static inline int @_advance(@_state *s, double d, double u, double duration)
 {
-    const double from = s->pressed.indentation, du = (u - s->shift) / @@_PARTS;
-    int part;
+    const double from = s->pressed.indentation, du = u - s->shift, ratio = duration / (@@_PARTS * @@_SHORTEST_TIME);
+    double end, last = 0.0;
+    int part, first;
     if (!(d <= @@_LARGEST_INDENTATION) || d < -1e60 || !(fabs(u) <= 1e60) || !(duration >= 0.0 && duration <= 1e60))
         return 1;
-    for (part = 1; part <= @@_PARTS; ++part)
-        @_shear_part_(s, part < @@_PARTS ? from + (d - from) * part / @@_PARTS : d, du, duration / @@_PARTS);
+    first = ratio > 0.0 ? (int)ceil(2.0 * log10(1.0 + ratio)) : 1; /* parts of the first of equal parts, in which loads relax */
+    first = first > 1 ? first : 1;
+    for (part = 1; part < first + @@_PARTS; ++part) {
+        end = (part < first ? expm1(log1p(ratio) * part / first) / ratio : part - first + 1.0) / @@_PARTS;
+        @_shear_part_(s, end < 1.0 ? from + (d - from) * end : d, du * (end - last), duration * (end - last));
+        last = end;
+    }
     s->shift = u;
     s->normal_force = s->pressed.normal_force;
     s->elastic_energy = s->pressed.elastic_energy;

@@ -93,10 +93,10 @@ def errors_of_springs(
 
 def errors_of_parts(contact: Contact, deepest: float, parts: int) -> dict[str, float]:
     """
-    Errors of steps with memory and friction that are divided into equal parts, relative to the largest values in motions down to an indentation in m.
+    Errors of steps with memory and friction that are divided into parts, relative to the largest values in motions down to an indentation in m.
 
     They are three times the largest difference to parts on which all loads are straight, over random motions on a few springs, whose durations are of one
-    decade or of all. Loads that relax within a part have no bound: a step far longer than the times of a liquid may miss more.
+    decade or of all.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def errors_of_parts(contact: Contact, deepest: float, parts: int) -> dict[str, f
     deepest : float
         The largest indentation in m.
     parts : int
-        Their number.
+        Number of equal parts, of which the first is divided from the shortest relaxation time.
     """
     exact = moving_of(contact, deepest, 1, _IN_PARTS).contacts
     assert isinstance(exact, ShearedContacts)
@@ -113,6 +113,7 @@ def errors_of_parts(contact: Contact, deepest: float, parts: int) -> dict[str, f
     random, errors = np.random.default_rng(0), np.zeros(len(names))
     sliding = deepest * min(1.0 if contact.friction is None else contact.friction.coefficient, 1.0)
     times = _times(exact.relaxation)
+    shortest = float(min(exact.relaxation.times.min(), exact.normal.relaxation.times.min()))
     for time, size in product(times, _PART_SIZES):
         motion = _random_motion(random, deepest, size * sliding, (), time)
         others = random.random(_STEPS) < 0.5
@@ -121,7 +122,7 @@ def errors_of_parts(contact: Contact, deepest: float, parts: int) -> dict[str, f
         divided = exact.copied()
         divided.division = math.inf, 1
         fine = _followed(exact.copied(), motion, names)
-        coarse = _followed(divided, motion, names, parts)
+        coarse = _followed(divided, motion, names, parts, shortest)
         largest = np.abs(fine).max(axis=(0, 2))
         errors = np.maximum(errors, _SAFE * np.abs(coarse - fine).max(axis=(0, 2)) / largest)
     # slip may dissipate less than the dashpots of these motions
@@ -148,15 +149,26 @@ def _random_motion(
     return _Motion(depth, walk, time * 10.0 ** random.uniform(-1.0, 1.0, _STEPS))
 
 
-def _followed(contacts: Moved, motion: _Motion, names: tuple[str, ...], parts: int = 1) -> FloatArray:
-    """Quantities after each step, shape (steps, names, 2); what has one component has 0 as the other. Each step is taken in equal parts."""
+def _ends_of_parts(ratio: float, parts: int) -> FloatArray:
+    """Fractions of a step at which its equal parts end; the first is divided geometrically, for the ratio of its duration to the shortest relaxation."""
+    first = max(math.ceil(2.0 * math.log10(1.0 + ratio)), 1)
+    inner = np.expm1(math.log1p(ratio) * np.arange(1, first) / first) / ratio if first > 1 else np.empty(0)
+    return np.concatenate([inner, np.arange(1.0, parts + 1.0)]) / parts
+
+
+def _followed(
+    contacts: Moved, motion: _Motion, names: tuple[str, ...], parts: int = 1, shortest: float = math.inf
+) -> FloatArray:
+    """Quantities after each step, shape (steps, names, 2); what has one component has 0 as the other. Each step is taken in parts."""
     here = np.zeros(2)
     values = np.zeros((_STEPS, len(names), 2))
     for row, (depth, shift, duration) in enumerate(zip(*motion, strict=True)):
-        for part in range(1, parts):
-            d, u = here + (np.array([depth, shift]) - here) * (part / parts)
-            contacts.advance(float(d), float(u), float(duration) / parts)
-        contacts.advance(float(depth), shift, float(duration) / parts)
+        last = 0.0
+        for end in _ends_of_parts(float(duration) / (parts * shortest), parts)[:-1].tolist():
+            d, u = here + (np.array([depth, shift]) - here) * end
+            contacts.advance(float(d), float(u), float(duration) * (end - last))
+            last = end
+        contacts.advance(float(depth), shift, float(duration) * (1.0 - last))
         here = np.array([depth, shift]) if parts > 1 else here
         for column, name in enumerate(names):
             value = getattr(contacts, name)[0]

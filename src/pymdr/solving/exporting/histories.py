@@ -34,7 +34,7 @@ from pymdr.units import FloatArray
 SPRINGS = 100
 """Springs of bodies with memory, unless their number is given."""
 PARTS = 16
-"""Equal parts of a step with memory and friction."""
+"""Equal parts of a step with memory and friction, of which the first is divided further."""
 _SHEARED = ("tangential_force", "stored_tangential_energy")
 _WITH_MEMORY = ("normal_force", "contact_radius", "elastic_energy", "dissipated_energy")
 
@@ -123,8 +123,8 @@ def _relaxing(contact: Contact, deepest: float, springs: int, tangential: bool) 
         missed = errors_of_parts(own, deepest, PARTS)
         for name in (*_SHEARED, "dissipated_energy"):
             remark = (
-                f"; {PARTS} parts of a step change it by up to {missed[name]:.1e} of its largest value in random motions, and may change it by more where "
-                "loads relax within a part: divide steps that are far longer than the times of relaxation"
+                f"; {PARTS} parts of a step, the first divided from the shortest relaxation time, change it by up to {missed[name]:.1e} of its largest "
+                "value in random motions; other motions may change it by more"
             )
             claims |= approximated({name: claims[name]}, remark, missed[name])
     # E* = 2 G/(1 - nu) = E/(1 - nu^2)

@@ -75,7 +75,7 @@ def export_law(
         size plus the stiffness at the fixed radius of the pull-off.
     tangential : bool
         Whether the C header also has friction along a line, with its memory: :class:`Coulomb` friction of a coefficient above 0, which is finite with springs. Bodies with
-        memory need a rheology without a parallel dashpot; each step has 16 equal parts, whose error is in the claims.
+        memory need a rheology without a parallel dashpot; each step has 16 equal parts, the first divided from the shortest relaxation time; the claims have the error of that.
     springs : int, optional
         Number of springs, 8 to 4096: with `tangential` for friction in the plane instead of along a line; of bodies with memory, 100
         by default, each of which keeps its deflection and the forces of its relaxation times in the C header.
