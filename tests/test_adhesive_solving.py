@@ -2,9 +2,10 @@
 
 import math
 import pickle
+import sys
 from functools import cache
 from itertools import pairwise
-from types import SimpleNamespace
+from types import FrameType, SimpleNamespace
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -1469,3 +1470,25 @@ def test_a_small_energy_that_is_a_difference_of_large_ones_says_how_good_it_is(
         assert off <= 10.0 * claimed[i] + 1e-12
     if claim.level is mdr.Level.EXACT:
         assert np.max(claimed) <= 1e-9
+
+
+def test_a_travel_of_600_rows_makes_few_calls_between_modules() -> None:
+    gel = mdr.Contact(mdr.Sphere("10 mm"), mdr.Elastic("30 kPa", 0.5), adhesion=mdr.JKR("50 mJ/m^2"))
+    path = mdr.travel("20 um", steps=200) >> mdr.travel("-40 um", steps=400)
+    mdr.solve(gel, path, machine_stiffness="0.1 N/m")
+    calls = 0
+
+    def count(frame: FrameType, event: str, _: object) -> None:
+        nonlocal calls
+        before = "" if frame.f_back is None else str(frame.f_back.f_globals.get("__name__"))
+        here = str(frame.f_globals.get("__name__"))
+        calls += (
+            event == "call" and here.startswith("pymdr") and before.startswith("pymdr") and before != here
+        )
+
+    sys.setprofile(count)
+    try:
+        mdr.solve(gel, path, machine_stiffness="0.1 N/m")
+    finally:
+        sys.setprofile(None)
+    assert 0 < calls < 1000

@@ -295,8 +295,7 @@ def slopes_of_curves(line, start, stop):
         "energy": across(line.force(a) * depth_rate) / np.diff(line.energy(ends)),
         "stiffness": across(line.stiffness_rate(a)) / np.diff(line.stiffness(ends)),
         "depth": across(depth_rate) / np.diff(line.depth(ends)),
-        "edge": across(line.stiffness_power(a) * line.stiffness_rate(a) / a)
-        / np.diff(line.stiffness_rate(ends)),
+        "edge": across(line.punch(a).power * line.stiffness_rate(a) / a) / np.diff(line.stiffness_rate(ends)),
     }
 
 

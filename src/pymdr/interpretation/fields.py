@@ -12,7 +12,7 @@ from pymdr.line.curves import ElasticLine as ElasticLine
 from pymdr.line.curves import Line
 from pymdr.mapping.abel import Curve
 from pymdr.mapping.equivalent import EquivalentProfile
-from pymdr.numerics.panels import Position, rounded
+from pymdr.numerics.panels import Position
 from pymdr.units import FloatArray
 
 
@@ -52,7 +52,7 @@ def pressure(line: Line, a: Position, edge_excess: float, r: ArrayLike) -> Float
     1.6
     """
     radius: FloatArray = np.abs(np.asarray(r, dtype=float))
-    edge = float(rounded(a))
+    edge = float(np.asarray(a, dtype=float))
     if edge <= 0.0:
         return np.zeros(radius.shape)
     springs, excess, _ = line.carried(a, edge_excess)
@@ -135,7 +135,7 @@ def normal_displacement(
     """
     radius: FloatArray = np.abs(np.asarray(r, dtype=float))
     u = np.zeros(radius.shape)
-    edge = float(rounded(a))
+    edge = float(np.asarray(a, dtype=float))
     if edge <= 0.0:
         return u
     inside = radius <= edge
@@ -169,7 +169,7 @@ def gap(
         Gap in m; inf beyond a sharp edge, nan where the profile does not exist.
     """
     radius: FloatArray = np.abs(np.asarray(r, dtype=float))
-    end = float(rounded(a))
+    end = float(np.asarray(a, dtype=float))
     if end <= 0.0:
         return gap_function(radius) - d
     h = np.zeros(radius.shape)
@@ -207,5 +207,5 @@ def line_gap(equivalent: EquivalentProfile, a: Position, edge_excess: float, r: 
     """
     h = equivalent.gap_integral(r, a)
     if edge_excess != 0.0:
-        h = h - edge_excess * punch_gap(equivalent.exponent, float(rounded(a)), r)
+        h = h - edge_excess * punch_gap(equivalent.exponent, float(np.asarray(a, dtype=float)), r)
     return 2.0 / math.pi * h

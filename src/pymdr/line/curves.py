@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pymdr.mapping.equivalent import EquivalentProfile
-from pymdr.numerics.panels import BoolArray, Place, Position, rounded
+from pymdr.numerics.panels import BoolArray, Place, Position
 from pymdr.units import FloatArray
 
 
@@ -82,8 +82,35 @@ class Disk(Curve, Protocol):
     def stiffness_rate(self, a: Position) -> FloatArray:
         """The derivative k'(a) in N/m^2."""
 
-    def stiffness_power(self, a: Position) -> FloatArray:
-        """The local power a k''/k' of k'."""
+    def punch(self, a: Position) -> Punch:
+        """Stiffnesses of flat punches of some radii, with their derivatives."""
+
+    def contacts(self, a: Position) -> Contacts:
+        """What determines all contacts of a radius with an edge, at once."""
+
+
+class Punch(NamedTuple):
+    """Flat punches of some radii."""
+
+    stiffness: FloatArray
+    """k in N/m."""
+    rate: FloatArray
+    """k' in N/m^2."""
+    power: FloatArray | float
+    """The local power a k''/k' of k'."""
+
+
+class Contacts(NamedTuple):
+    """The smooth contacts and the punches of some radii."""
+
+    depth: FloatArray
+    """d0 in m."""
+    force: FloatArray
+    """F0 in N."""
+    stiffness: FloatArray
+    """k in N/m."""
+    stiffness_rate: FloatArray
+    """k' in N/m^2."""
 
 
 class Line(Disk, Protocol):
@@ -197,17 +224,21 @@ class ElasticLine(Profiled):
 
     def stiffness(self, a: Position) -> FloatArray:
         """The normal stiffness in N/m."""
-        radius = rounded(a)
+        radius = np.asarray(a, dtype=float)
         return self._per_length * (radius if self.exponent == 0.0 else radius ** (1.0 + self.exponent))
 
     def stiffness_rate(self, a: Position) -> FloatArray:
         """The derivative 2 c a^k of the stiffness in N/m^2."""
         with np.errstate(divide="ignore", over="ignore"):
-            return np.asarray(2.0 * self.modulus * rounded(a) ** self.exponent)
+            return np.asarray(2.0 * self.modulus * np.asarray(a, dtype=float) ** self.exponent)
 
-    def stiffness_power(self, a: Position) -> FloatArray:
-        """The power k of that derivative."""
-        return np.full(np.shape(rounded(a)), self.exponent)
+    def punch(self, a: Position) -> Punch:
+        """Stiffnesses of flat punches of some radii, with their derivatives."""
+        return Punch(self.stiffness(a), self.stiffness_rate(a), self.exponent)
+
+    def contacts(self, a: Position) -> Contacts:
+        """The smooth contacts and the punches of some radii."""
+        return Contacts(self.depth(a), self.force(a), self.stiffness(a), self.stiffness_rate(a))
 
     def under(self, equivalent: EquivalentProfile) -> ElasticLine:
         """The same bodies under another profile."""

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from pymdr.units import FloatArray
 
@@ -34,7 +34,14 @@ _ROUNDING = TERMS * float(np.finfo(float).eps)
 
 
 class Place(NamedTuple):
-    """Positions x = base + offset on the line in m; the offset keeps its digits next to the base."""
+    """
+    Positions x = base + offset on the line in m; the offset keeps its digits next to the base. As an array, they are rounded.
+
+    Examples
+    --------
+    >>> np.asarray(Place(np.ones(1), np.full(1, 0.5))).tolist()
+    [1.5]
+    """
 
     base: FloatArray
     offset: FloatArray
@@ -44,24 +51,15 @@ class Place(NamedTuple):
         """The rounded positions in m."""
         return self.base + self.offset
 
+    def __array__(self, dtype: DTypeLike = None, copy: bool | None = None) -> FloatArray:
+        return np.asarray(self.base + self.offset, dtype=dtype)
+
     def take(self, index: Selection) -> Place:
         """Some of the places."""
         return Place(self.base[index], self.offset[index])
 
 
 Position: TypeAlias = ArrayLike | Place
-
-
-def rounded(x: Position) -> FloatArray:
-    """
-    Positions as floats in m.
-
-    Examples
-    --------
-    >>> rounded(Place(np.ones(1), np.full(1, 0.5))).tolist()
-    [1.5]
-    """
-    return x.x if isinstance(x, Place) else np.asarray(x, dtype=float)
 
 
 def as_place(x: Position) -> Place:

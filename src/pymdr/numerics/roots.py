@@ -53,7 +53,8 @@ def roots_of(
         return low.copy()
     start, stop, *known = np.broadcast_arrays(low, high, *args)
     a, b = (np.array(end, dtype=np.float64) for end in (start, stop))
-    f, g = (np.asarray(function(x, *known), dtype=np.float64) for x in (a, b))
+    both = function(np.concatenate([a, b]), *(np.concatenate([one, one]) for one in known))
+    f, g = np.array(both, dtype=np.float64).reshape(2, -1)
     c, h = b, g
     roots, active = np.full(a.shape, np.nan), np.arange(a.size)
     for step in range(_STEPS):

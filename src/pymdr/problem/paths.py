@@ -59,7 +59,8 @@ class Leg(LoadingPath):
 
 def named_channels(leg: Leg) -> tuple[str, ...]:
     """The channels that a leg prescribes."""
-    return tuple(name for name in CHANNELS if getattr(leg, name, None) is not None)
+    given = vars(leg)
+    return tuple(name for name in CHANNELS if given.get(name) is not None)
 
 
 def _check_channels(leg: Leg, example: str) -> None:

@@ -224,10 +224,10 @@ PLANE_CHANNELS = ("shift", "tangential_force")
 def is_planar(path: LoadingPath) -> bool:
     """Whether a path prescribes shifts or tangential forces in the plane, as pairs along x and y."""
     kinds = [
-        (number, name, np.ndim(target) - isinstance(leg, Path) == 1)
+        (number, name, np.ndim(getattr(leg, name)) - isinstance(leg, Path) == 1)
         for number, leg in enumerate(known_legs(path), 1)
-        for name in PLANE_CHANNELS
-        if (target := getattr(leg, name, None)) is not None
+        for name in named_channels(leg)
+        if name in PLANE_CHANNELS
     ]
     pairs = [kind for kind in kinds if kind[2]]
     if pairs and len(pairs) < len(kinds):

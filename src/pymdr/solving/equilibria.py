@@ -93,7 +93,7 @@ class AdhesiveLine:
         bare = ShortRange(self.line, self.law.work)
         try:
             at_zero = parameter_reaching(
-                lambda s: bare.states(s).indentation,
+                under_machine(bare, bare.limit).control,
                 0.0,
                 begin=min(self._first_radius, self._widest),
                 limit=min(bare.limit, self._widest),
@@ -189,9 +189,19 @@ class AdhesiveLine:
             remedy = f"the profile is known up to r = {metres(last)}: extend it, or {remedy}"
         return PathError(f"{why}; {remedy}")
 
-    def stop(self, machine_stiffness: float, top: float, at_least: float = 0.0) -> float:
-        """The parameter in m up to which the curve is needed for :meth:`track`, which takes the same arguments and raises the same errors."""
-        end = self.end
+    def stop(
+        self, machine_stiffness: float, top: float, at_least: float = 0.0, end: float | None = None
+    ) -> float:
+        """
+        The parameter in m up to which the curve is needed for :meth:`track`, which takes the same arguments and raises the same errors.
+
+        The curve ends at a parameter in m, first where no sphere is pressed in by its radius yet.
+        """
+        if end is None:
+            profile = self.contact.profile
+            end = (
+                self.end if self.contact.layered or not isinstance(profile, Sphere) else 0.5 * profile.radius
+            )
         wanted = _BEYOND * max(self.natural_radius, at_least)
         curve = under_machine(self.equilibria, wanted, machine_stiffness)
         # a path without approach still needs the stable states from which it jumps
@@ -202,6 +212,8 @@ class AdhesiveLine:
         wanted = min(wanted, end)
         goal = max(top, float(curve.control(np.array([wanted]))[0]))
         stop = parameter_reaching(curve.control, goal, at_least=wanted, limit=end)
+        if stop == end < self.end:
+            return self.stop(machine_stiffness, top, at_least, self.end)
         if curve.control(np.array([stop]))[0] >= top:
             return stop
         # the control may decrease before the profile ends
@@ -245,9 +257,8 @@ class AdhesiveLine:
         if not isinstance(profile, Sphere):
             return limit
         deepest = (1.0 - 1e-12) * profile.radius
-        return parameter_reaching(
-            lambda s: self.equilibria.states(s).indentation, deepest, begin=self._first_radius, limit=limit
-        )
+        control = under_machine(self.equilibria, limit).control
+        return parameter_reaching(control, deepest, begin=self._first_radius, limit=limit)
 
 
 def finite(equivalent: EquivalentProfile) -> EquivalentProfile:

@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import ProblemError
 from pymdr.line.adhesion.cohesive_zone import solve_width
-from pymdr.line.adhesion.equivalent_line import as_floats
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.equivalent.panels import PanelLine
 from pymdr.numerics.roots import roots_of
@@ -44,7 +43,7 @@ def power_law_factor(exponent: ArrayLike) -> FloatArray:
     >>> round(float(power_law_factor(2.0)), 14)
     2.0
     """
-    n = as_floats(exponent)
+    n = np.asarray(exponent, dtype=float)
     return np.asarray(
         np.sqrt(np.pi) * np.exp(scipy.special.gammaln(0.5 * n + 1.0) - scipy.special.gammaln(0.5 * (n + 1.0)))
     )
@@ -78,9 +77,10 @@ def tabor_parameter(
     >>> float(tabor_parameter(radius=8.0, modulus=1.0, work=1.0, interaction_range=1.0))
     2.0
     """
-    return np.cbrt(as_floats(radius) * (as_floats(work) / as_floats(modulus)) ** 2) / as_floats(
-        interaction_range
-    )
+    given = radius, modulus, work, interaction_range
+    size, stiffness, energy, distance = (np.asarray(x, dtype=float) for x in given)
+    parameter: FloatArray = np.cbrt(size * (energy / stiffness) ** 2) / distance
+    return parameter
 
 
 def maugis_parameter(
@@ -107,8 +107,9 @@ def maugis_parameter(
     >>> float(maugis_parameter(radius=16 * np.pi / 9, modulus=1.0, work=1.0, strength=0.5))
     1.0
     """
-    compliance = 9.0 * as_floats(radius) / (16.0 * np.pi * as_floats(work) * as_floats(modulus) ** 2)
-    return 2.0 * as_floats(strength) * np.cbrt(compliance)
+    size, energy, stiffness, stress = (np.asarray(x, dtype=float) for x in (radius, work, modulus, strength))
+    parameter: FloatArray = 2.0 * stress * np.cbrt(9.0 * size / (16.0 * np.pi * energy * stiffness**2))
+    return parameter
 
 
 def dmt_pull(radius: ArrayLike, work: ArrayLike) -> FloatArray:
@@ -133,7 +134,8 @@ def dmt_pull(radius: ArrayLike, work: ArrayLike) -> FloatArray:
     >>> float(dmt_pull(1.0, 0.5) / np.pi)
     1.0
     """
-    return 2.0 * np.pi * as_floats(radius) * as_floats(work)
+    pull: FloatArray = 2.0 * np.pi * np.asarray(radius, dtype=float) * np.asarray(work, dtype=float)
+    return pull
 
 
 def rigid_pull(line: EquivalentProfile, work: float, strength: float) -> float:
@@ -249,7 +251,7 @@ def power_law_pull_off(
     True
     """
     n, c, E, gamma, k = np.broadcast_arrays(
-        *(as_floats(x) for x in (exponent, coefficient, modulus, work, machine_stiffness))
+        *(np.asarray(x, dtype=float) for x in (exponent, coefficient, modulus, work, machine_stiffness))
     )
     if not np.all(n > 0.5):
         raise ProblemError(f"pull-off of a power law needs an exponent above 1/2, not {float(np.min(n))!r}")

@@ -25,7 +25,7 @@ from pymdr.line.adhesion.equivalent_line import inner_knots
 from pymdr.line.adhesion.zone_panels import panel_integrals, segment, zone_root
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.equivalent.panels import PanelLine
-from pymdr.numerics.panels import Place, Position, rounded
+from pymdr.numerics.panels import Place, Position
 from pymdr.units import FloatArray, metres
 
 _Index = NDArray[np.intp]
@@ -187,7 +187,7 @@ def zone_integrals(
     True
     """
     # next to a breakpoint the offset keeps the width
-    inner = radius.offset if isinstance(radius, Place) else rounded(radius)
+    inner = radius.offset if isinstance(radius, Place) else np.asarray(radius, dtype=float)
     narrow = width <= _NARROW * inner
     if narrow.any():
         result, at, rest = np.empty((3, width.size)), np.flatnonzero(narrow), np.flatnonzero(~narrow)
@@ -199,7 +199,7 @@ def zone_integrals(
     if isinstance(line, PanelLine):
         j0, j1, j2 = panel_integrals(line, radius, width, third=third)
         return j0, j1, j2
-    radius = rounded(radius)
+    radius = np.asarray(radius, dtype=float)
     marks = marks or _marks(line)
     result = _integrals_at(line, marks, radius, width, 0, third=third, rough=rough)
     if rough:
@@ -226,7 +226,7 @@ def zone_integrals(
 
 def _narrow_integrals(line: EquivalentProfile, position: Position, width: FloatArray) -> FloatArray:
     """J0, J1 and J2 of zones so narrow that c rounds to a: g' is constant over them, and ψ0² = 2δ/a."""
-    radius = rounded(position)
+    radius = np.asarray(position, dtype=float)
     angle = np.arctan2(zone_root(radius, width), radius)
     terms = [angle, radius * angle**3 / 3.0, radius**3 * angle**5 / 15.0]
     # g' may be infinite where the profile ends
@@ -238,7 +238,7 @@ def _gap(
     line: EquivalentProfile, marks: _Marks, k: float, position: Position, width: FloatArray, rough: bool
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return H [m], dH/dc at constant a and -dH/da at constant c, both dimensionless."""
-    radius = rounded(position)
+    radius = np.asarray(position, dtype=float)
     j0, j1, _ = zone_integrals(line, position, width, marks=marks, rough=rough)
     c = radius + width
     root = zone_root(radius, width)
@@ -304,7 +304,7 @@ def solve_width(
         value, out, inw = _gap(line, marks, k, radius, width, rough)
         return value, out if outward else inw
 
-    fixed = rounded(given)
+    fixed = np.asarray(given, dtype=float)
     start = np.minimum(upper, _LARGEST if begin is None else begin)
     front = np.full(upper.shape, np.inf) if begin is None else fixed + start
     width = _bracketed(lambda x, at: residual(x, at, True), target, start, upper, fixed, front)
@@ -328,7 +328,7 @@ def solve_width(
 
 
 def _taken(position: Position, at: _Index) -> Position:
-    return position.take(at) if isinstance(position, Place) else rounded(position)[at]
+    return position.take(at) if isinstance(position, Place) else np.asarray(position, dtype=float)[at]
 
 
 def _bracketed(

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from pymdr.units import FloatArray
 
@@ -27,29 +25,17 @@ class Outline(Protocol):
         """Radii of kinks [m]."""
 
 
-@dataclass(frozen=True)
-class States:
-    """Equilibrium states along an adhesive curve, each field an array of the shape of the parameter.
-
-    Attributes
-    ----------
-    contact_radius, cohesive_radius : ndarray
-        Radius a of contact and c of the cohesive zone [m]; c = a where there is no such zone.
-    indentation : ndarray
-        Approach d [m].
-    normal_force : ndarray
-        Force F [N], negative when it pulls.
-    """
+class States(NamedTuple):
+    """Equilibrium states along an adhesive curve, arrays of the shape of the parameter."""
 
     contact_radius: FloatArray
+    """Radius a of contact [m]."""
     cohesive_radius: FloatArray
+    """Radius c of the cohesive zone [m]; c = a where there is no such zone."""
     indentation: FloatArray
+    """Approach d [m]."""
     normal_force: FloatArray
-
-
-def as_floats(values: ArrayLike) -> FloatArray:
-    """Return `values` as an array of doubles."""
-    return np.asarray(values, dtype=np.float64)
+    """Force F [N], negative when it pulls."""
 
 
 def own_edge(line: Outline) -> float:

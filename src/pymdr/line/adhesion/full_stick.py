@@ -8,9 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymdr.line.adhesion.equivalent_line import as_floats
 from pymdr.line.adhesion.short_range import JKR
-from pymdr.numerics.panels import Position, rounded
 from pymdr.units import FloatArray
 
 _FIRST = 1e-9
@@ -57,27 +55,19 @@ class ShearedJKR(JKR):
         radius = np.array([(1.0 + _FIRST) * float(np.max(self.shear)) / (2.0 * math.pi * self.work)])
         return float(self._radii.parameter(radius)[0])
 
-    def _stretch(self, position: Position) -> FloatArray:
-        """Return the elongation of an edge that recedes [m]."""
-        rest = 4.0 * np.pi * self.work * rounded(position) - 2.0 * self.shear
-        return np.sqrt(np.maximum(rest, 0.0) / self.line.stiffness_rate(position))
-
-    def _position_and_opening(self, s: FloatArray) -> tuple[Position, FloatArray]:
-        edge = self._edge
-        position = self._radii.position(np.minimum(s, edge))
-        return position, self._stretch(position) - np.maximum(s - edge, 0.0)
+    def _stretch(self, a: FloatArray, stiffness_rate: FloatArray) -> FloatArray:
+        rest = 4.0 * np.pi * self.work * a - 2.0 * self.shear
+        return np.sqrt(np.maximum(rest, 0.0) / stiffness_rate)
 
     def slopes(self, s: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Return dd/ds = d0' - Δl' (dimensionless) and dF/ds = k d0' - (k Δl)' [N/m] at constant shift, with Δl' = 2π γ / (k' Δl)."""
-        s = as_floats(s)
-        line, edge, radii = self.line, self._edge, self._radii
-        at = radii.off_corners(np.minimum(s, edge))
-        position = radii.position(at)
-        opening, stiffness = self._stretch(position), line.stiffness(position)
-        spread = line.stiffness_rate(position)
+        s, line = np.asarray(s, dtype=float), self.line
+        position, per = self._positions_and_rates(s)
+        stiffness, spread, _ = line.punch(position)
+        opening = self._stretch(np.asarray(position, dtype=float), spread)
         with np.errstate(divide="ignore", invalid="ignore"):
             widening = 2.0 * np.pi * self.work / (spread * opening)
             rate = np.where(np.isinf(widening), -widening, line.depth_rate(position) - widening)
             force_rate = np.where(stiffness > 0.0, stiffness * rate - spread * opening, 0.0)
-        stuck, per = s >= edge, radii.rate(at)
+        stuck = s >= self._edge
         return np.where(stuck, 1.0, rate * per), np.where(stuck, stiffness, force_rate * per)

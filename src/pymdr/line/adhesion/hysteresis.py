@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pymdr.line.adhesion.equivalent_line import as_floats
 from pymdr.line.adhesion.short_range import JKR, energy_release_rate
 from pymdr.line.curves import Disk
 from pymdr.units import FloatArray
@@ -59,7 +58,7 @@ class EdgeJKR(JKR):
     def slopes(self, s: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Return dd/ds and dF/ds as `JKR`; at rest 1 and k(a), per indentation."""
         rates = super().slopes(s)
-        stiffness = self.line.stiffness(self._position_and_opening(as_floats(s))[0])
+        stiffness = self._contacts(np.asarray(s, dtype=float))[2].stiffness
         return np.where(self.resting, 1.0, rates[0]), np.where(self.resting, stiffness, rates[1])
 
     def energies(self, s: ArrayLike) -> tuple[FloatArray, FloatArray]:

@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.line.adhesion.closed_forms import power_law_factor
-from pymdr.line.adhesion.equivalent_line import as_floats
 from pymdr.units import FloatArray
 
 _BLOCK = 8192
@@ -50,7 +49,7 @@ def jkr_force(indentation: ArrayLike, radius: ArrayLike, modulus: ArrayLike, wor
     ...             [-4 / 3, -5 / 6, 0.0], atol=1e-7)
     True
     """
-    arrays = [as_floats(x) for x in (indentation, radius, modulus, work)]
+    arrays = [np.asarray(x, dtype=float) for x in (indentation, radius, modulus, work)]
     return _blockwise(_jkr_block, arrays)
 
 
@@ -132,7 +131,7 @@ def jkr_power_law_force(
         force = 2.0 * E * a0 * Q * y * y * (power / (2.0 * n + 2.0) - y)
         return np.where(t >= 0.0, force, 0.0)
 
-    return _blockwise(block, [as_floats(x) for x in (indentation, coefficient, modulus, work)])
+    return _blockwise(block, [np.asarray(x, dtype=float) for x in (indentation, coefficient, modulus, work)])
 
 
 _CELL, _TOP = 1.0 / 16.0, 48.0

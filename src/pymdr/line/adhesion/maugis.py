@@ -15,13 +15,13 @@ from numpy.typing import ArrayLike
 
 from pymdr.errors import ProblemError
 from pymdr.line.adhesion.cohesive_zone import solve_width, zone_integrals
-from pymdr.line.adhesion.equivalent_line import States, as_floats, inner_knots, own_edge
+from pymdr.line.adhesion.equivalent_line import States, inner_knots, own_edge
 from pymdr.line.adhesion.radii import Radii, radii_of
 from pymdr.line.adhesion.zone_panels import segment, zone_root
 from pymdr.line.curves import ElasticLine
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.equivalent.panels import PanelLine
-from pymdr.numerics.panels import Place, Position, rounded
+from pymdr.numerics.panels import Place, Position
 from pymdr.numerics.table import Table, tabulated
 from pymdr.units import FloatArray, metres
 
@@ -43,7 +43,7 @@ class _Zones:
 
     @property
     def radius(self) -> FloatArray:
-        return rounded(self.place)
+        return np.asarray(self.place, dtype=float)
 
 
 @dataclass(frozen=True)
@@ -170,7 +170,7 @@ class MaugisDugdale:
 
         at = np.flatnonzero((branch == _GROWING) | (branch == _CLIPPED))
         place = self._position(base[at], radius[at])
-        d[at] = self.line.g(place) - 2.0 * self._k * zone_root(rounded(place), width[at])
+        d[at] = self.line.g(place) - 2.0 * self._k * zone_root(np.asarray(place, dtype=float), width[at])
 
         at = np.flatnonzero(branch == _STUCK)
         radius[at] = edge
@@ -236,7 +236,7 @@ class MaugisDugdale:
         The force is F = 2E* int_0^a x g' dx + 2E* a (d - g(a)) on branch 5 and otherwise
         F = 2E* int_0^a x g' dx - 2σ0 [a sqrt(c² - a²) + c² arccos(a/c)].
         """
-        s = as_floats(s)
+        s = np.asarray(s, dtype=float)
         zones = self._zones(s.ravel())
         a, c = zones.radius, zones.radius + zones.width
         root = zone_root(a, zones.width)
@@ -254,7 +254,7 @@ class MaugisDugdale:
         On branch 3, with W = g'(a) + 2k a / sqrt(c² - a²), H_c = J0 + 2k [ψ/sin ψ - (c - a)/c] and k = σ0/E*:
         dc/da = ψ W / H_c and dd/da = W [J0 - 2k (c - a)/c] / H_c.
         """
-        s = as_floats(s)
+        s = np.asarray(s, dtype=float)
         flat = s.ravel()
         at = np.flatnonzero((flat >= self.ends[_AT_EDGE]) & (flat < self.ends[_GROWING]))
         if at.size:
@@ -303,7 +303,7 @@ class MaugisDugdale:
         The latter is -π c² γ + σ0 int_a^c gap 2π r dr, where the integral is
         4 [J2 + ½ (g(a) - d)(c² ψ - a sqrt(c² - a²)) - (2k/3)(c - a)² (2c + a)].
         """
-        s = as_floats(s)
+        s = np.asarray(s, dtype=float)
         zones = self._zones(s.ravel())
         a, width = zones.radius, zones.width
         c = a + width
@@ -341,7 +341,9 @@ def _width_at(
     """Return δ [m] of the gap condition at contact radii; at most up to the end of the profile."""
     # without g the condition alone bounds δ: sqrt(c² - a²) ψ - δ >= (π/2 - 1) δ
     bound = np.pi * interaction_range / (4.0 * k * (0.5 * np.pi - 1.0)) if k > 0.0 else np.inf
-    upper = np.minimum(bound * (1.0 + 1e-12), min(line.edge, line.max_radius) - rounded(radius))
+    upper = np.minimum(
+        bound * (1.0 + 1e-12), min(line.edge, line.max_radius) - np.asarray(radius, dtype=float)
+    )
     if isinstance(line, PanelLine) and begin is None:
         begin = line.rough_radius(lambda x, g: g + k * x >= 0.1 * interaction_range)
     return solve_width(

@@ -14,11 +14,11 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymdr.line.adhesion.equivalent_line import States, as_floats, inner_knots, own_edge
+from pymdr.line.adhesion.equivalent_line import States, inner_knots, own_edge
 from pymdr.line.adhesion.radii import Radii, radii_of
-from pymdr.line.curves import Disk
+from pymdr.line.curves import Contacts, Disk
 from pymdr.line.curves import ElasticLine as ElasticLine
-from pymdr.numerics.panels import Position, rounded
+from pymdr.numerics.panels import Position
 from pymdr.units import FloatArray
 
 
@@ -51,9 +51,12 @@ def jkr_opening(line: Disk, radius: Position, work: float) -> FloatArray:
     >>> float(jkr_opening(ElasticLine(equivalent_profile(Paraboloid(1.0)), np.pi), 2.0, work=1.0))
     2.0
     """
-    a = rounded(radius)
+    return _opening(np.asarray(radius, dtype=float), line.stiffness_rate(radius), work)
+
+
+def _opening(a: FloatArray, stiffness_rate: FloatArray, work: float) -> FloatArray:
     with np.errstate(divide="ignore", invalid="ignore"):
-        opening = np.sqrt(4.0 * np.pi * work * a / line.stiffness_rate(radius))
+        opening = np.sqrt(4.0 * np.pi * work * a / stiffness_rate)
     return np.where(a > 0.0, opening, 0.0)
 
 
@@ -86,8 +89,8 @@ def energy_release_rate(line: Disk, radius: Position, opening: ArrayLike) -> Flo
     >>> round(float(energy_release_rate(ball, 2.0, jkr_opening(ball, 2.0, work=0.5))), 14)
     0.5
     """
-    open_by: FloatArray = np.maximum(as_floats(opening), 0.0)
-    return line.stiffness_rate(radius) * open_by**2 / (4.0 * np.pi * rounded(radius))
+    open_by: FloatArray = np.maximum(np.asarray(opening, dtype=float), 0.0)
+    return line.stiffness_rate(radius) * open_by**2 / (4.0 * np.pi * np.asarray(radius, dtype=float))
 
 
 def stress_intensity(radius: ArrayLike, opening: ArrayLike, modulus: ArrayLike) -> FloatArray:
@@ -114,7 +117,9 @@ def stress_intensity(radius: ArrayLike, opening: ArrayLike, modulus: ArrayLike) 
     >>> float(stress_intensity(np.pi, 1.0, modulus=2.0) * np.pi)
     2.0
     """
-    return as_floats(modulus) * as_floats(opening) / np.sqrt(np.pi * as_floats(radius))
+    size, elongation, stiffness = (np.asarray(x, dtype=float) for x in (radius, opening, modulus))
+    intensity: FloatArray = stiffness * elongation / np.sqrt(np.pi * size)
+    return intensity
 
 
 @dataclass(frozen=True)
@@ -195,21 +200,34 @@ class JKR:
     def _edge(self) -> float:
         return own_edge(self.line)
 
-    def _position_and_opening(self, s: FloatArray) -> tuple[Position, FloatArray]:
-        edge = self._edge
-        position = self._radii.position(np.minimum(s, edge))
-        return position, jkr_opening(self.line, position, self.work) - np.maximum(s - edge, 0.0)
+    def _stretch(self, a: FloatArray, stiffness_rate: FloatArray) -> FloatArray:
+        """Return the elongation of an edge that recedes [m]."""
+        return _opening(a, stiffness_rate, self.work)
+
+    def _contacts(self, s: FloatArray) -> tuple[Position, FloatArray, Contacts, FloatArray]:
+        """Return radii as positions and as floats, their contacts and the elongations of their edges."""
+        edge, radii = self._edge, self._radii
+        below = np.minimum(s, edge)
+        position = radii.position(below) if radii.corners.size else below
+        a, contacts = np.asarray(position, dtype=float), self.line.contacts(position)
+        return position, a, contacts, self._stretch(a, contacts.stiffness_rate) - np.maximum(s - edge, 0.0)
+
+    def _positions_and_rates(self, s: FloatArray) -> tuple[Position, FloatArray]:
+        """Return positions at which rates are finite, and da/ds there, below the sharp edge."""
+        at, radii = np.minimum(s, self._edge), self._radii
+        if radii.corners.size == 0:
+            return at, np.ones(at.shape)
+        at = radii.off_corners(at)
+        return radii.position(at), radii.rate(at)
 
     def opening(self, s: ArrayLike) -> FloatArray:
         """Return the elongation d0(a) - d of the edge [m], below 0 where it is pressed."""
-        return self._position_and_opening(as_floats(s))[1]
+        return self._contacts(np.asarray(s, dtype=float))[3]
 
     def states(self, s: ArrayLike) -> States:
         """Return the states at the parameters `s` [m]."""
-        position, opening = self._position_and_opening(as_floats(s))
-        a = rounded(position)
-        force = self.line.force(position) - self.line.stiffness(position) * opening
-        return States(a, a, self.line.depth(position) - opening, force)
+        _, a, contacts, opening = self._contacts(np.asarray(s, dtype=float))
+        return States(a, a, contacts.depth - opening, contacts.force - contacts.stiffness * opening)
 
     def slopes(self, s: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Return dd/ds = d0' - Δl' (dimensionless) and dF/ds = k d0' - (k Δl)' [N/m], times da/ds.
@@ -217,37 +235,34 @@ class JKR:
         With Δl' = (1 - a k''/k') Δl / 2a. Both are -inf or finite at s = 0, and (1, k) on the vertical segment above a
         sharp edge.
         """
-        s = as_floats(s)
-        line, edge, radii = self.line, self._edge, self._radii
-        at = radii.off_corners(np.minimum(s, edge))
-        position = radii.position(at)
-        a = rounded(position)
-        opening = jkr_opening(line, position, self.work)
-        half_rest = 0.5 * (1.0 - line.stiffness_power(position))
-        slope, stiffness = line.depth_rate(position), line.stiffness(position)
+        s = np.asarray(s, dtype=float)
+        position, per = self._positions_and_rates(s)
+        a, slope = np.asarray(position, dtype=float), self.line.depth_rate(position)
+        stiffness, spread, power = self.line.punch(position)
+        opening, half_rest = self._stretch(a, spread), 0.5 * (1.0 - power)
         with np.errstate(divide="ignore", invalid="ignore"):
             widening = np.where(
                 opening > 0.0, half_rest * opening / a, np.where(np.greater(self.work, 0.0), np.inf, 0.0)
             )
             # at a tip the opening, of order sqrt(a), outdoes a slope that is infinite too
             rate = np.where(np.isinf(widening), -widening, slope - widening)
-            pulled = (a * line.stiffness_rate(position) + half_rest * stiffness) * opening / a
+            pulled = (a * spread + half_rest * stiffness) * opening / a
             force_rate = np.where(a > 0.0, stiffness * slope - pulled, 0.0)
-        stuck, per = s >= edge, radii.rate(at)
+        stuck = s >= self._edge
         return np.where(stuck, 1.0, rate * per), np.where(stuck, stiffness, force_rate * per)
 
     def radius_rate(self, s: ArrayLike) -> FloatArray:
         """Return da/ds, 0 on the vertical segment above a sharp edge; next to a corner as `slopes`."""
-        s, edge = as_floats(s), self._edge
-        return np.where(s >= edge, 0.0, self._radii.rate(self._radii.off_corners(np.minimum(s, edge))))
+        s = np.asarray(s, dtype=float)
+        return np.where(s >= self._edge, 0.0, self._positions_and_rates(s)[1])
 
     def energies(self, s: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Return the elastic energy U0 - F0 Δl + k Δl²/2 and the surface energy -π a² γ [J]."""
-        position, opening = self._position_and_opening(as_floats(s))
-        line = self.line
-        elastic = line.energy(position) - opening * line.force(position)
-        elastic += 0.5 * opening**2 * line.stiffness(position)
-        return elastic, -np.pi * rounded(position) ** 2 * self.work
+        position, a, contacts, opening = self._contacts(np.asarray(s, dtype=float))
+        elastic = (
+            self.line.energy(position) - opening * contacts.force + 0.5 * opening**2 * contacts.stiffness
+        )
+        return elastic, -np.pi * a**2 * self.work
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from pymdr.line.following.tracks import Track
 from pymdr.units import FloatArray, metres
 
 _NODES, _LEVELS, _TOLERANCE = 20, 40, 1e-13
+_RULES = leggauss(_NODES // 2), leggauss(_NODES)
 _NEIGHBOURS = 8.0 * float(np.finfo(float).eps)
 
 
@@ -51,18 +52,17 @@ def energy_residual(track: Track, history: History) -> float:
     low, high = (np.where(np.isfinite(x), x, curve.start) for x in (begin, end))
     stretches, back = np.unique(np.stack([low, high], axis=1), axis=0, return_inverse=True)
     work = _integrals(curve, stretches[:, 0], stretches[:, 1])[back.reshape(-1)]
-    change = np.zeros(low.size)
-    change[bound] = curve.energy(high[bound]) - curve.energy(low[bound])
-    done = np.cumsum(work)
-    # between two jumps T changes by the stretch, and over a jump by its loss
-    missing = np.cumsum(work - change)
     # the rows may reverse between two jumps, so the extreme states determine the exchanged energy
     visited = history.parameter[history.attached]
     widest = np.array([visited.min(), visited.max()]) if visited.size else np.empty(0)
-    energies = np.abs(curve.energy(np.concatenate([low[bound], high[bound], widest])))
-    scale = max(
-        float(np.max(np.abs(done))), float(np.nansum(jumps.loss)), float(np.max(energies, initial=0.0))
-    )
+    energies = curve.energy(np.concatenate([low[bound], high[bound], widest]))
+    change = np.zeros(low.size)
+    change[bound] = np.diff(energies[: 2 * int(bound.sum())].reshape(2, -1), axis=0)[0]
+    done = np.cumsum(work)
+    # between two jumps T changes by the stretch, and over a jump by its loss
+    missing = np.cumsum(work - change)
+    largest = float(np.max(np.abs(energies), initial=0.0))
+    scale = max(float(np.max(np.abs(done))), float(np.nansum(jumps.loss)), largest)
     return float(np.max(np.abs(missing)) / scale) if scale > 0.0 else 0.0
 
 
@@ -77,7 +77,7 @@ def _integrals(curve: Curve, low: FloatArray, high: FloatArray) -> FloatArray:
         return total
     size = np.zeros(low.size)
     for _ in range(_LEVELS):
-        coarse, fine = (_panel(curve, origin, left, right, n) for n in (_NODES // 2, _NODES))
+        coarse, fine = _by_panels(curve, origin, left, right)
         np.maximum.at(size, owner, np.abs(fine))
         settled = np.abs(fine - coarse) <= _TOLERANCE * np.maximum(size[owner], np.max(size) * 1e-3)
         # between neighbouring floats there is nothing to resolve
@@ -113,13 +113,15 @@ def _split(
     return np.concatenate(owners), np.concatenate(origins), np.concatenate(lefts), np.concatenate(rights)
 
 
-def _panel(curve: Curve, origin: FloatArray, left: FloatArray, right: FloatArray, nodes: int) -> FloatArray:
+def _by_panels(curve: Curve, origin: FloatArray, left: FloatArray, right: FloatArray) -> FloatArray:
+    """The integrals over panels by half of the nodes and by all, shape (2, n)."""
     assert curve.conjugate is not None
-    t, weight = leggauss(nodes)
-    u = left[:, None] + (0.5 * (right - left))[:, None] * (1.0 + t)
+    half = 0.5 * (right - left)
+    u = left[:, None] + half[:, None] * (1.0 + np.concatenate([rule[0] for rule in _RULES]))
     # correct the rounding of s next to a knot for a slope that grows like 1 / sqrt(s - knot)
     s = np.maximum(origin[:, None] + u * u, np.nextafter(origin, np.inf)[:, None])
     per_u = 2.0 * np.sqrt(s - origin[:, None])
     flat = s.ravel()
     integrand = (curve.conjugate(flat) * curve.slope(flat)).reshape(u.shape) * per_u
-    return np.asarray(0.5 * (right - left) * (integrand @ weight))
+    parts = np.split(integrand, [_NODES // 2], axis=1)
+    return half * np.stack([part @ rule[1] for part, rule in zip(parts, _RULES, strict=True)])

@@ -116,14 +116,16 @@ def _alternating(
         vertex = size[:, 1:-1] - (size[:, 2:] - size[:, :-2]) ** 2 / (8.0 * curvature)
     row, column = np.nonzero(dip & (vertex < 0.1 * np.maximum(size[:, 2:], size[:, :-2])))
     between = np.linspace(grid[row, column], grid[row, column + 2], 35)[1:-1].ravel()
-    s = np.concatenate([grid.ravel(), between])
-    up = np.concatenate([values.ravel(), slope(between)]) > 0.0
+    s, up = grid.ravel(), values.ravel() > 0.0
+    if between.size:
+        s, up = np.append(s, between), np.append(up, slope(between) > 0.0)
     order = np.argsort(s)
     s, up = s[order], up[order]
 
     at = np.flatnonzero(up[1:] != up[:-1])
     low, high = s[at], s[at + 1]
-    real = (slope(low) > 0.0) != (slope(high) > 0.0)
+    rises = (slope(np.concatenate([low, high])) > 0.0).reshape(2, -1)
+    real = rises[0] != rises[1]
     low, high = low[real], high[real]
 
     def signed(x: FloatArray) -> FloatArray:

@@ -153,21 +153,20 @@ def trace(curve: Curve) -> Track:
     onto = np.flatnonzero((high >= touch) & (low <= touch + _ROUNDING * np.ptp(level)))[:1]
     onto = onto if onto.size else np.array([END])
 
-    def jumps(to: Index, control: FloatArray, before: FloatArray, energy: FloatArray) -> Transitions:
-        after = np.full(to.size, curve.start)
-        real = np.flatnonzero(to >= 0)
-        goal = to[real]
-        reached = np.clip(control[real], low[goal], high[goal])
-        after[real] = roots_of(lambda s, D: curve.control(s) - D, bottom[goal], top[goal], reached)
-        return Transitions(to, control, before, after, energy - jump_energies(curve, to, control, after))
-
-    at_touch = jumps(onto, np.array([touch]), np.full(1, curve.start), np.array([curve.free_energy(touch)]))
-    transitions = (
-        jumps(up, high, top, curve.energy(top)),
-        jumps(down, low, bottom, curve.energy(bottom)),
-        at_touch,
-    )
-    return Track(curve, turning, bottom, top, low, high, touch, transitions)
+    sizes = np.cumsum([up.size, down.size])
+    to = np.concatenate([up, down, onto])
+    at = np.concatenate([high, low, [touch]])
+    before = np.concatenate([top, bottom, [curve.start]])
+    after = np.full(to.size, curve.start)
+    real = np.flatnonzero(to >= 0)
+    goal = to[real]
+    reached = np.clip(at[real], low[goal], high[goal])
+    after[real] = roots_of(lambda s, D: curve.control(s) - D, bottom[goal], top[goal], reached)
+    energies = curve.energy(np.concatenate([top, bottom]))
+    loss = np.append(energies, curve.free_energy(touch)) - jump_energies(curve, to, at, after)
+    columns = (np.split(column, sizes) for column in (to, at, before, after, loss))
+    upward, downward, at_touch = (Transitions(*parts) for parts in zip(*columns, strict=True))
+    return Track(curve, turning, bottom, top, low, high, touch, (upward, downward, at_touch))
 
 
 def _first(limit: FloatArray, *, upward: bool) -> Index:

@@ -15,7 +15,7 @@ from pymdr.line.layered.equation import gauss
 from pymdr.line.layered.tiles import product
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.layers import Kernel
-from pymdr.numerics.panels import Position, basis, nodes, rounded, to_coefficients
+from pymdr.numerics.panels import Position, basis, nodes, to_coefficients
 from pymdr.units import FloatArray
 
 _TERMS = 16
@@ -126,18 +126,18 @@ class Coupled(EquivalentProfile):
 
     def g(self, x: Position) -> FloatArray:
         """The profile g - c + c(0) in m."""
-        at = rounded(x)
+        at = np.asarray(x, dtype=float)
         added = self._series_up_to(float(np.max(at, initial=0.0)))
         return np.asarray(self.bare.g(x) - (added(at) - added(np.zeros(1))[0]))
 
     def slope(self, x: Position) -> FloatArray:
         """The slope g' - c'."""
-        at = rounded(x)
+        at = np.asarray(x, dtype=float)
         return self.bare.slope(x) - self._series_up_to(float(np.max(at, initial=0.0)))(at, slope=True)
 
     def moment(self, x: Position) -> FloatArray:
         """First moment in m^2."""
-        at = rounded(x)
+        at = np.asarray(x, dtype=float)
         return self.bare.moment(x) - _gauss_over(
             lambda t: t * self._series_up_to(float(np.max(at, initial=0.0)))(t, slope=True),
             at,
@@ -146,7 +146,7 @@ class Coupled(EquivalentProfile):
 
     def squared(self, x: Position) -> FloatArray:
         """The integral of (g(x) - g(t))^2 in m^3."""
-        at = rounded(x)
+        at = np.asarray(x, dtype=float)
         inner = self.g(x)
         return _gauss_over(
             lambda t: (inner[..., None] - self.g(t)) ** 2, at, 4 * self._panels(float(np.max(at)))
@@ -162,7 +162,7 @@ class Coupled(EquivalentProfile):
 
     def pressure_integral(self, r: Position, a: Position) -> FloatArray:
         """The integral int_r^a (g' - c') / sqrt(x^2 - r^2) dx."""
-        radius, end = rounded(r), float(rounded(a))
+        radius, end = np.asarray(r, dtype=float), float(np.asarray(a, dtype=float))
         inside = radius <= end
         span = np.sqrt(np.maximum((end - radius) * (end + radius), 0.0))
 
@@ -176,7 +176,7 @@ class Coupled(EquivalentProfile):
 
     def gap_integral(self, r: Position, a: Position) -> FloatArray:
         """The integral int_a^r (g' - c') arccos(x / r) dx in m."""
-        radius, end = rounded(r), float(rounded(a))
+        radius, end = np.asarray(r, dtype=float), float(np.asarray(a, dtype=float))
         top = float(np.max(radius, initial=end))
         added = self._series_up_to(top)
         distance = (radius - end)[..., None]
@@ -194,7 +194,7 @@ class Coupled(EquivalentProfile):
 
     def displacement_integral(self, r: ArrayLike, a: Position) -> FloatArray:
         """The integral int_0^a (g' - c') arcsin(x / r) dx in m, for r beyond a."""
-        radius, end = np.asarray(r, dtype=float), float(rounded(a))
+        radius, end = np.asarray(r, dtype=float), float(np.asarray(a, dtype=float))
 
         def integrand(u: FloatArray) -> FloatArray:
             left = end * u * u

@@ -21,13 +21,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pymdr.errors import ConvergenceError
-from pymdr.line.curves import Carried, ElasticLine, Profiled
+from pymdr.line.curves import Carried, Contacts, ElasticLine, Profiled, Punch
 from pymdr.line.layered.coupled import Added, Coupled
 from pymdr.line.layered.equation import WIDEST, Outline, Solved, solve_contact
 from pymdr.line.layered.tables import DEPTH, EDGE, ENERGY, FORCE, STIFFNESS, Limit, Table
 from pymdr.mapping.equivalent import EquivalentProfile, equivalent_profile
 from pymdr.mapping.layers import Kernel
-from pymdr.numerics.panels import BoolArray, Place, Position, as_place, rounded
+from pymdr.numerics.panels import BoolArray, Place, Position, as_place
 from pymdr.numerics.roots import rising_root
 from pymdr.problem.profiles import FlatPunch
 from pymdr.units import FloatArray
@@ -80,9 +80,12 @@ class LayeredLine(Profiled):
         return self.table.thickness
 
     def _read(self, a: Position, column: int, slopes: bool = False) -> FloatArray:
+        return np.asarray(self._columns(a, (column,), slopes)[0])
+
+    def _columns(self, a: Position, which: tuple[int, ...], slopes: bool = False) -> FloatArray:
         place = as_place(a)
         flat = Place(np.ravel(place.base), np.ravel(place.offset))
-        return self.table.read(flat, (column,), slopes)[:, 0].reshape(np.shape(place.offset))
+        return self.table.read(flat, which, slopes).T.reshape(len(which), *np.shape(place.offset))
 
     def depth(self, a: Position) -> FloatArray:
         """The indentation d0 in m."""
@@ -107,15 +110,29 @@ class LayeredLine(Profiled):
 
     def stiffness(self, a: Position) -> FloatArray:
         """The normal stiffness k in N/m."""
-        return 2.0 * self.modulus * rounded(a) * self._read(a, STIFFNESS)
+        return 2.0 * self.modulus * np.asarray(a, dtype=float) * self._read(a, STIFFNESS)
 
     def stiffness_rate(self, a: Position) -> FloatArray:
         """The derivative k' in N/m^2."""
         return 2.0 * self.modulus * self._read(a, EDGE) ** 2
 
-    def stiffness_power(self, a: Position) -> FloatArray:
-        """The local power a k''/k' of k'."""
-        return 2.0 * rounded(a) * self._read(a, EDGE, slopes=True) / self._read(a, EDGE)
+    def punch(self, a: Position) -> Punch:
+        """Stiffnesses of flat punches of some radii, with their derivatives."""
+        stiffness, edge = self._columns(a, (STIFFNESS, EDGE))
+        radius, size = np.asarray(a, dtype=float), 2.0 * self.modulus
+        power = 2.0 * radius * self._read(a, EDGE, slopes=True) / edge
+        return Punch(size * radius * stiffness, size * edge**2, power)
+
+    def contacts(self, a: Position) -> Contacts:
+        """The smooth contacts and the punches of some radii."""
+        depth, force, stiffness, edge = self._columns(a, (DEPTH, FORCE, STIFFNESS, EDGE))
+        size = 2.0 * self.modulus
+        return Contacts(
+            self.equivalent.g(a) * depth,
+            size * self.equivalent.moment(a) * force,
+            size * np.asarray(a, dtype=float) * stiffness,
+            size * edge**2,
+        )
 
     def under(self, equivalent: EquivalentProfile) -> LayeredLine:
         """The same bodies under another profile."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pymdr.mapping import abel
-from pymdr.numerics.panels import BoolArray, Place, Position, rounded
+from pymdr.numerics.panels import BoolArray, Place, Position
 from pymdr.numerics.roots import rising_root
 from pymdr.units import FloatArray
 
@@ -77,15 +77,15 @@ class EquivalentProfile(ABC):
     def integral(self, x: Position) -> FloatArray:
         """The integral int_0^x t^k g(t) dt in m^(2+k)."""
         rise = 1.0 + self.exponent
-        return (rounded(x) ** rise * self.g(x) - self.moment(x)) / rise
+        return (np.asarray(x, dtype=float) ** rise * self.g(x) - self.moment(x)) / rise
 
     def error(self, x: Position) -> FloatArray:
         """Measured relative errors of g, g', the moment and the square integral, shape (..., 4)."""
-        return np.zeros((*np.shape(rounded(x)), 4))
+        return np.zeros((*np.shape(x), 4))
 
     def slope_error(self, x: Position) -> FloatArray:
         """Largest relative error of integrals of g' over a contact up to x, relative to their absolute integrands."""
-        return np.zeros(np.shape(rounded(x)))
+        return np.zeros(np.shape(x))
 
     def place_error(self, place: Place, of_moment: BoolArray) -> FloatArray:
         """Largest error in m of the places at which g, or the moment, has a value, from all errors."""
@@ -130,7 +130,9 @@ class EquivalentProfile(ABC):
 
     def pressure_integral(self, r: Position, a: Position) -> FloatArray:
         """The integral int_r^a g'(x) (x^2 - r^2)^((k-1)/2) dx."""
-        return abel.edge_average(self.slope, rounded(r), float(rounded(a)), k=self.exponent)
+        return abel.edge_average(
+            self.slope, np.asarray(r, dtype=float), float(np.asarray(a, dtype=float)), k=self.exponent
+        )
 
     def pressure_between(self, r: FloatArray, low: float, high: float) -> FloatArray:
         """The part of the pressure integral from x = low to high, for r up to low."""
@@ -147,9 +149,9 @@ class EquivalentProfile(ABC):
         A(s) = cos(k pi/2) int_s^1 t^k (1 - t^2)^(-(1+k)/2) dt, which is arccos(s) for k = 0. The gap outside a disk is
         2/pi times [this - (d - g(a)) A(a / r)].
         """
-        low = float(rounded(a))
+        low = float(np.asarray(a, dtype=float))
         start = self.g(np.array([low]))[0]
-        radii = rounded(r)
+        radii = np.asarray(r, dtype=float)
         scale = float(np.max(np.abs(self.g(radii)), initial=0.0))
         average = abel.line_average(
             lambda x: self.g(x) - start, radii, low=low, k=self.exponent, noise=1e-14 * scale
@@ -162,7 +164,7 @@ class EquivalentProfile(ABC):
 
         B(s) = pi/2 - A(s), which is arcsin(s) for k = 0.
         """
-        high = float(rounded(a))
+        high = float(np.asarray(a, dtype=float))
         top = float(self.g(np.array([high]))[0])
         average = abel.line_average(
             lambda x: top - self.g(np.minimum(x, high)), r, high=high, k=self.exponent, noise=1e-14 * top

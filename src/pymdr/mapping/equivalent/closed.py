@@ -14,7 +14,7 @@ from pymdr.errors import ConvergenceError
 from pymdr.mapping import inverse_map
 from pymdr.mapping.equivalent.base import EquivalentProfile
 from pymdr.mapping.kernels import power_fractions
-from pymdr.numerics.panels import Position, rounded
+from pymdr.numerics.panels import Position
 from pymdr.numerics.quadrature import gauss
 from pymdr.numerics.roots import rising_root
 from pymdr.units import FloatArray
@@ -56,7 +56,7 @@ class PowerLine(EquivalentProfile):
 
     def g(self, x: Position) -> FloatArray:
         """Equivalent profile in m."""
-        return self._height(rounded(x))
+        return self._height(np.asarray(x, dtype=float))
 
     def _height(self, x: FloatArray) -> FloatArray:
         return np.asarray(self.scale * self._power(x / self.unit, self.n))
@@ -64,17 +64,17 @@ class PowerLine(EquivalentProfile):
     def slope(self, x: Position) -> FloatArray:
         """Slope g'."""
         with np.errstate(divide="ignore"):
-            relative = self._power(rounded(x) / self.unit, self.n - 1.0)
+            relative = self._power(np.asarray(x, dtype=float) / self.unit, self.n - 1.0)
         return np.asarray(self.n * (self.scale / self.unit) * relative)
 
     def moment(self, x: Position) -> FloatArray:
         """First moment, n/(n+1+k) x^(1+k) g."""
-        x, fraction = rounded(x), power_fractions(self.n, self.exponent)[0]
+        x, fraction = np.asarray(x, dtype=float), power_fractions(self.n, self.exponent)[0]
         return np.asarray(fraction * self._power(x, 1.0 + self.exponent) * self._height(x))
 
     def squared(self, x: Position) -> FloatArray:
         """Integral of x^k (g(x) - g)^2, 2 n^2 / ((1+k)(n+1+k)(2n+1+k)) x^(1+k) g^2."""
-        x, fraction = rounded(x), power_fractions(self.n, self.exponent)[1]
+        x, fraction = np.asarray(x, dtype=float), power_fractions(self.n, self.exponent)[1]
         return np.asarray(fraction * self._power(x, 1.0 + self.exponent) * self._height(x) ** 2)
 
     def inverse(self, depth: ArrayLike) -> FloatArray:
@@ -91,8 +91,8 @@ class PowerLine(EquivalentProfile):
 
     def pressure_integral(self, r: Position, a: Position) -> FloatArray:
         """Closed for the cone and the paraboloid, by quadrature otherwise."""
-        top = rounded(a)
-        inside = np.minimum(rounded(r), top)
+        top = np.asarray(a, dtype=float)
+        inside = np.minimum(np.asarray(r, dtype=float), top)
         half_chord = np.sqrt((top - inside) * (top + inside))
         rise = 1.0 + self.exponent
         if self.n == 2.0:
@@ -108,7 +108,7 @@ class PowerLine(EquivalentProfile):
         if self.exponent == 0.0:
             return super().displacement_integral(r, a)
         radius = np.asarray(r, dtype=float)
-        top = np.full(radius.shape, float(rounded(a)))
+        top = np.full(radius.shape, float(np.asarray(a, dtype=float)))
         return self.g(radius) * inverse_map.power_with_arcsin(self.n, top, radius, self.exponent)
 
     @staticmethod
@@ -140,25 +140,25 @@ class SphereLine(EquivalentProfile):
 
     def g(self, x: Position) -> FloatArray:
         """Equivalent profile in m; inf at R, nan beyond."""
-        x = rounded(x)
+        x = np.asarray(x, dtype=float)
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(self.aspect * x * np.arctanh(x / self.radius))
 
     def slope(self, x: Position) -> FloatArray:
         """Slope g' = aspect [artanh t + t / (1 - t^2)]."""
-        t = rounded(x) / self.radius
+        t = np.asarray(x, dtype=float) / self.radius
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(self.aspect * (np.arctanh(t) + t / ((1.0 - t) * (1.0 + t))))
 
     def moment(self, x: Position) -> FloatArray:
         """First moment aspect R^2/2 [(1 + t^2) artanh t - t], as a series below t = 1/2."""
-        t = rounded(x) / self.radius
+        t = np.asarray(x, dtype=float) / self.radius
         with np.errstate(divide="ignore", invalid="ignore"):
             return self.aspect * self.radius**2 * _sphere_moment(t, np.arctanh(t))
 
     def squared(self, x: Position) -> FloatArray:
         """Integral of (g(x) - g)^2 by Gauss-Legendre in s, t = tanh(s), where g = aspect R s tanh(s)."""
-        x = rounded(x)
+        x = np.asarray(x, dtype=float)
         top = np.arctanh(np.ravel(x) / self.radius)
         answer = np.zeros(top.shape)
         nodes, weights = gauss(32)
@@ -229,23 +229,23 @@ class SumLine(EquivalentProfile):
 
     def g(self, x: Position) -> FloatArray:
         """Equivalent profile in m."""
-        return sum((part.g(x) for part in self.parts), np.zeros(np.shape(rounded(x))))
+        return sum((part.g(x) for part in self.parts), np.zeros(np.shape(x)))
 
     def slope(self, x: Position) -> FloatArray:
         """Slope g'."""
-        return sum((part.slope(x) for part in self.parts), np.zeros(np.shape(rounded(x))))
+        return sum((part.slope(x) for part in self.parts), np.zeros(np.shape(x)))
 
     def moment(self, x: Position) -> FloatArray:
         """First moment."""
-        return sum((part.moment(x) for part in self.parts), np.zeros(np.shape(rounded(x))))
+        return sum((part.moment(x) for part in self.parts), np.zeros(np.shape(x)))
 
     def squared(self, x: Position) -> FloatArray:
         """Integral of x^k (g(x) - g)^2, for k = 0 by Gauss-Legendre on panels graded to 0."""
         if len(self.parts) <= 1:
-            return self.parts[0].squared(x) if self.parts else np.zeros(np.shape(rounded(x)))
+            return self.parts[0].squared(x) if self.parts else np.zeros(np.shape(x))
         if self.exponent != 0.0:
             return self._squared_of_powers(x)
-        x = rounded(x)
+        x = np.asarray(x, dtype=float)
         depth, answer = self.g(x), np.zeros(x.shape)
         nodes, weights = gauss(24)
         for low, high in pairwise((0.0, *0.25 ** np.arange(13.0, -1.0, -1.0))):
@@ -257,13 +257,13 @@ class SumLine(EquivalentProfile):
         """The same for powers, by the integrals of their products."""
         rise = 1.0 + self.exponent
         powers = [part for part in self.parts if isinstance(part, PowerLine)]
-        answer = np.zeros(np.shape(rounded(x)))
+        answer = np.zeros(np.shape(x))
         for one in powers:
             for two in powers:
                 fraction = one.n * two.n * (one.n + two.n + 2.0 * rise)
                 fraction /= rise * (one.n + rise) * (two.n + rise) * (one.n + two.n + rise)
                 answer += fraction * one.g(x) * two.g(x)
-        return np.asarray(rounded(x) ** rise * answer)
+        return np.asarray(np.asarray(x, dtype=float) ** rise * answer)
 
     def inverse(self, depth: ArrayLike) -> FloatArray:
         """Inverse of g, bracketed by the inverses of the parts."""
@@ -290,7 +290,7 @@ class SumLine(EquivalentProfile):
 
     def pressure_integral(self, r: Position, a: Position) -> FloatArray:
         """Sum of the parts' integrals."""
-        return sum((part.pressure_integral(r, a) for part in self.parts), np.zeros(np.shape(rounded(r))))
+        return sum((part.pressure_integral(r, a) for part in self.parts), np.zeros(np.shape(r)))
 
     def displacement_integral(self, r: ArrayLike, a: Position) -> FloatArray:
         """By quadrature for k = 0, the sum of the parts' integrals otherwise."""

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from pymdr.mapping.equivalent.base import EquivalentProfile
 from pymdr.mapping.equivalent.polygon import DEEPER, WIDER, PolygonLine
-from pymdr.numerics.panels import Place, Position, as_place, rounded
+from pymdr.numerics.panels import Place, Position, as_place
 from pymdr.problem.profiles import Worn
 from pymdr.units import FloatArray
 
@@ -48,7 +48,7 @@ class WornLine(PolygonLine):
         return rate, moment, self.inner.squared(start) + np.append(0.0, np.cumsum(squared))
 
     def _within(self, x: Position) -> np.ndarray:
-        return np.asarray(rounded(x) < self.x[0])
+        return np.asarray(np.asarray(x, dtype=float) < self.x[0])
 
     def g(self, x: Position) -> FloatArray:
         """Equivalent profile in m; inf beyond its end."""
@@ -58,7 +58,7 @@ class WornLine(PolygonLine):
 
     def slope(self, x: Position) -> FloatArray:
         """Slope g', that to the right at a spring."""
-        own = 2.0 * self._segments[0][self._at(x)[0]] * rounded(x)
+        own = 2.0 * self._segments[0][self._at(x)[0]] * np.asarray(x, dtype=float)
         return np.where(self._within(x), self._inner("slope", x), own)
 
     def moment(self, x: Position) -> FloatArray:
@@ -114,7 +114,7 @@ class WornLine(PolygonLine):
 
     def pressure_integral(self, r: Position, a: Position) -> FloatArray:
         """The integral int_r^a g'(x) (x^2 - r^2)^(-1/2) dx."""
-        radii, end = np.atleast_1d(rounded(r)), float(rounded(a))
+        radii, end = np.atleast_1d(np.asarray(r, dtype=float)), float(np.asarray(a, dtype=float))
         low, high = self._cells(radii, np.full(radii.size, max(end, self.x[0])))
         roots = [np.sqrt(np.maximum((x - radii[:, None]) * (x + radii[:, None]), 0.0)) for x in (low, high)]
         both = roots[0] + roots[1]
@@ -123,22 +123,22 @@ class WornLine(PolygonLine):
         inside = radii < min(end, self.x[0])
         if inside.any():
             total[inside] += self.inner.pressure_integral(radii[inside], np.asarray(min(end, self.x[0])))
-        return np.asarray(total.reshape(np.shape(rounded(r))))
+        return np.asarray(total.reshape(np.shape(r)))
 
     def gap_integral(self, r: Position, a: Position) -> FloatArray:
         """The integral int_a^r g'(x) arccos(x/r) dx in m, for r beyond a; NaN beyond the springs."""
-        radii, start = np.atleast_1d(rounded(r)), float(rounded(a))
+        radii, start = np.atleast_1d(np.asarray(r, dtype=float)), float(np.asarray(a, dtype=float))
         total = self._angles(radii, np.full(radii.size, start), np.maximum(radii, start))[0]
         if start < self.x[0]:
             within = radii <= self.x[0]
             last = np.asarray(self.x[0])
             total[within] += self.inner.gap_integral(radii[within], np.asarray(start))
             total[~within] += self.inner.gap_between(radii[~within], start, float(last))
-        return np.where(radii > self.max_radius, math.nan, total).reshape(np.shape(rounded(r)))
+        return np.where(radii > self.max_radius, math.nan, total).reshape(np.shape(r))
 
     def displacement_integral(self, r: ArrayLike, a: Position) -> FloatArray:
         """The integral int_0^a g'(x) arcsin(x/r) dx in m, for r beyond a."""
-        radii, end = np.atleast_1d(np.asarray(r, dtype=float)), float(rounded(a))
+        radii, end = np.atleast_1d(np.asarray(r, dtype=float)), float(np.asarray(a, dtype=float))
         inside = min(end, float(self.x[0]))
         ends = np.full(radii.size, max(end, inside))
         total = self._angles(radii, np.full(radii.size, self.x[0]), ends)[1]
