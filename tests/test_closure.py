@@ -354,6 +354,22 @@ def test_points_without_noise_determine_their_contact_point():
     assert result.contact_point == pytest.approx(0.1, abs=1e-6)
 
 
+def test_what_six_points_determine(references):
+    """Jaeger's force needs the curve only in its points; radii, in the mean between two of them."""
+    entry = references["closure_table"]
+    d, load, expected = np.array(entry["inputs"]["d"]), np.array(entry["inputs"]["F"]), entry["expected"]
+    curve = mdr.ForceCurve(d, load, modulus=1.0)
+    joint = mdr.Contact(curve, mdr.Elastic(1.0, 0.0), friction=mdr.Coulomb(1.0))
+    pushed = mdr.solve(joint, mdr.indent(1.0) >> mdr.shift(0.3))["tangential_force"]
+    assert float(pushed[-1]) == pytest.approx(expected["Fx"], rel=1e-12)
+    stiffness = closure_of(curve).stiffness
+    for i, radius in enumerate(expected["a_eff"]):
+        nodes, weights = np.polynomial.legendre.leggauss(200)
+        half = 0.5 * (d[i + 1] - d[i])
+        mean = 0.5 * weights @ stiffness.at(d[i] + half * (1.0 + nodes))[0]
+        assert 0.5 * mean == pytest.approx(radius, rel=1e-6)
+
+
 def test_depths_that_begin_at_nothing_are_counted_from_there():
     d = np.linspace(0.0, 1.0, 101)
     result = closure_of(mdr.ForceCurve(d, np.maximum(d - 0.3, 0.0) ** 2, modulus=1.0))
