@@ -215,6 +215,33 @@ def test_slip_narrower_than_the_cell_of_a_spring_is_resolved(accuracy):
     assert not result.violations, result.table()
 
 
+@pytest.mark.parametrize("seed", [527898749, pytest.param(3, marks=pytest.mark.long)])
+def test_pressures_far_inside_a_contact_with_a_hollow_tip(accuracy, monkeypatch, seed):
+    """f alone is given, whose rounding beside the hollow limits the pressure at radii far below a; the first is off by 6e-13."""
+    draw = accuracy.random_profiles.random_profile
+
+    def hollow(rng):
+        while True:
+            profile = draw(rng, "bump")
+            if (
+                profile.gives == "f"
+                and profile.terms[0].h < 0.0
+                and profile.terms[0].w > profile.terms[0].m / 9.0
+            ):
+                return profile
+
+    if seed == 527898749:
+        result = accuracy.study(seed, 1, only=[4411], effort=accuracy.QUICK, kinds=accuracy.KINDS)
+    else:
+        monkeypatch.setattr(accuracy.random_profiles, "random_profile", hollow)
+        result = accuracy.study(seed, 10, effort=accuracy.Effort(rows=4, energies=1, pressures=4))
+    assert not result.crashes, result.table()
+    assert not result.violations, result.table()
+    pressures = [v for o in result.outcomes for v in o.values if v.quantity == "pressure"]
+    assert any(v.miss > 2.5e-13 for v in pressures)
+    assert all(v.miss < 1e-9 for v in pressures)
+
+
 @pytest.mark.long
 def test_shifts_in_the_plane_without_any_slip_are_compared_too(accuracy):
     result = accuracy.study(527898749, 968, only=[967], effort=accuracy.QUICK, kinds=accuracy.KINDS)

@@ -381,6 +381,23 @@ def test_a_faintly_hollow_tip_is_exact_but_for_fields(exponent, depth, with_deri
     assert result.claims["indentation"].error.max() == 0.0
 
 
+def test_fields_keep_their_measured_error_outside_a_ring_that_is_too_narrow_to_count(tmp_path):
+    """A hollow tip of which f is given: far inside the contact rounding of f limits the pressure, and the ring at the apex is narrower than an atom."""
+    hollow = mdr.Function(lambda r: r**2 / 2.0 - 0.03 * np.exp(-0.5 * ((r - 1.0) / 0.325) ** 2))
+    result = mdr.solve(mdr.Contact(hollow, mdr.Elastic(1.0, 0.0)), mdr.indent(0.3))
+    claim, force = result.claims["pressure"], result.claims["normal_force"]
+    assert "neglects a ring" in claim.reason
+    assert claim.level is mdr.Level.APPROXIMATE
+    assert force.level is mdr.Level.EXACT
+    assert 0.0 < force.error[0] < claim.error[0] < 1e-9
+    assert f"error up to {claim.error[0]:.2g} outside the rings next to concave kinks: " in repr(claim)
+    assert force.excluded == ""
+    result.save(tmp_path / "hollow.nc")
+    again = mdr.open_result(tmp_path / "hollow.nc").claims["pressure"]
+    assert repr(again) == repr(claim)
+    assert np.array_equal(again.error, claim.error)
+
+
 def test_rings_that_count_make_an_approximation_of_a_known_error():
     profile = mdr.Function(lambda r: r * r / 2.0 - 0.14 * r, derivative=lambda r: r - 0.14)
     result = mdr.solve(mdr.Contact(profile, mdr.Elastic(1.0, 0.0)), mdr.indent(1.0, steps=4))

@@ -54,13 +54,14 @@ def with_rings(claims: Mapping[str, Claim], certificate: Certificate) -> dict[st
     """
     Claims of disks that neglect rings next to concave kinks.
 
-    The relative error of integral quantities is the fraction of the load on the rings; fields differ next to the kinks.
+    The relative error of integral quantities is the fraction of the load on the rings; fields differ next to the kinks, and
+    have that error elsewhere.
     """
     if certificate.error is None:
         return dict(claims)
     return {
-        name: replace(claim, level=Level.APPROXIMATE)
-        if claim.level is Level.EXACT and "r" in QUANTITIES[name].dims
+        name: replace(claim, level=Level.APPROXIMATE, excluded="the rings next to concave kinks")
+        if claim.level is not Level.NOT_VALID and "r" in QUANTITIES[name].dims
         else claim
         for name, claim in approximated(claims, certificate.remark, certificate.error).items()
     }

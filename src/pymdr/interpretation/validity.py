@@ -73,6 +73,8 @@ class Claim:
     """Per step, the total known relative error: of the numerics, of the data, and of the model where that is known. The
     default of an exact claim is 0; a number whose total error is known and at most 1e-9 is exact. None means unknown, as for
     an approximation with exact numerics."""
+    excluded: str = ""
+    """Part of a field that the error does not cover; elsewhere it is known, however small."""
 
     def __post_init__(self) -> None:
         if self.error is None:
@@ -86,7 +88,7 @@ class Claim:
             object.__setattr__(self, "level", Level.APPROXIMATE)
             reason = f"{self.reason}; relative numerical error above {EXACT_WITHIN:g}"
             object.__setattr__(self, "reason", reason)
-        elif self.level is Level.APPROXIMATE and precise:
+        elif self.level is Level.APPROXIMATE and precise and not self.excluded:
             # the numerics are exact, and the error of the model is unknown
             object.__setattr__(self, "error", None)
 
@@ -99,6 +101,7 @@ class Claim:
         steps = f"{int(np.sum(self.where))} of {np.size(self.where)} steps"
         known = self.error is not None and bool(np.any(self.where))
         largest = f", error up to {np.max(self.error, where=self.where, initial=0.0):.2g}" if known else ""  # type: ignore[arg-type]
+        largest += f" outside {self.excluded}" if known and self.excluded else ""
         return f"<Claim {self.level.name} in {steps}{largest}: {self.reason} [{self.source}]>"
 
     def _repr_html_(self) -> str:

@@ -126,6 +126,7 @@ def pack(
             "source": claim.source,
             "where": _runs(claim.where),
             **({"error": errors[name]} if name in errors else {}),
+            **({"excluded": claim.excluded} if claim.excluded else {}),
         }
         for name, claim in claims.items()
     }
@@ -223,7 +224,7 @@ def _claim_from(name: str, plain: Mapping[str, Any], dataset: xr.Dataset) -> Cla
         raise _damaged(f"wrong number of steps in the claims of {name}")
     where = np.repeat(np.arange(len(plain["where"])) % 2 == 0, plain["where"])
     error = _error_from(plain.get("error"), where.size, dataset)
-    return Claim(Level[plain["level"]], plain["reason"], plain["source"], where, error)
+    return Claim(Level[plain["level"]], plain["reason"], plain["source"], where, error, plain["excluded"])
 
 
 def _runs(where: np.ndarray) -> list[int]:
@@ -291,6 +292,7 @@ def _saved_texts() -> TypeAdapter[Any]:
         source=(str, ...),
         where=(list[NonNegativeInt], ...),
         error=(float | str | None, None),
+        excluded=(str, ""),
     )
     assumption: Any = create_model(
         "assumption", name=(str, ...), description=(str, ...), measure=(float, ...), limit=(float, ...)
