@@ -176,7 +176,7 @@ def rigid_pull(line: EquivalentProfile, work: float, strength: float) -> float:
     height = work / strength
 
     end = min(line.edge, line.max_radius)
-    begin = line.rough_radius(lambda x, g: g >= 0.1 * height) if isinstance(line, PanelLine) else None
+    begin = line.rough_radius(lambda x, g: g >= height) if isinstance(line, PanelLine) else None
     # without elasticity the gap condition is f(c) = h0
     upper = np.full(1, end if np.isfinite(end) else _FARTHEST)
     c = float(solve_width(line, 0.0, 0.5 * np.pi * height, np.zeros(1), upper, outward=True, begin=begin)[0])

@@ -345,7 +345,7 @@ def _width_at(
         bound * (1.0 + 1e-12), min(line.edge, line.max_radius) - np.asarray(radius, dtype=float)
     )
     if isinstance(line, PanelLine) and begin is None:
-        begin = line.rough_radius(lambda x, g: g + k * x >= 0.1 * interaction_range)
+        begin = line.rough_radius(lambda x, g: g + k * x >= interaction_range)
     return solve_width(
         line,
         k,

@@ -67,7 +67,7 @@ class End(NamedTuple):
 def best_end(search: Search, tolerance: float = TOLERANCE) -> End:
     """The smallest misfit of searches from several starts, to a relative tolerance; approximate for bodies with memory."""
     quick = _quick_start(search)
-    nearby = None if quick is not None else starts_from_limits(search, lambda one: best_end(one)[:2])
+    nearby = None if quick is not None else starts_from_limits(search, _end_near)
     monotone = _with_monotone_records(search)
     once = search.contact.has_edge_history or (
         not search.shears and all(map(is_pressed_once, search.measured))
@@ -89,7 +89,7 @@ def best_end(search: Search, tolerance: float = TOLERANCE) -> End:
     ends = []
     for rank in range(max(map(len, starts_by_curve))):
         chosen = [own[min(rank, len(own) - 1)] for own in starts_by_curve]
-        places = [{search.place: one.origin, BASELINE: one.baseline, TILT: one.tilt} for one in chosen]
+        places = [_origins_of(search, one) for one in chosen]
         start = followed.to_free(chosen[0].values.tolist(), places)
         ends.append(minimize_from(followed, start, tolerance=tolerance))
         if search.contact.has_edge_history and _is_explained(followed, ends[-1].free):
@@ -107,6 +107,21 @@ def best_end(search: Search, tolerance: float = TOLERANCE) -> End:
     pulled = quick if search.contact.adhesion is not None else None
     wide = np.zeros(len(search.names)) if pulled is None else pulled[1]
     return End(misfit, search.to_free(values.tolist(), origin), wide)
+
+
+def _end_near(search: Search) -> tuple[float, FloatArray]:
+    """The smallest misfit in N^2 and its free numbers, as a start: those of a search over a family are not polished."""
+    quick = _quick_start(search)
+    if quick is None:
+        return best_end(search)[:2]
+    one, _ = quick
+    free = search.to_free(one.values.tolist(), [_origins_of(search, one)])
+    return float((search.residuals(free) ** 2).sum()), free
+
+
+def _origins_of(search: Search, start: Start) -> dict[str, float]:
+    """The origins of a start by name."""
+    return {search.place: start.origin, BASELINE: start.baseline, TILT: start.tilt}
 
 
 def _is_explained(search: Search, free: FloatArray) -> bool:
