@@ -291,7 +291,11 @@ def test_a_tolerance_is_met_by_the_claims_and_by_a_finer_solution(seed):
     [
         (1e-9, RUBBER, "tolerance = 1e-09; it must be a number from 1e-6 to 1e-2"),
         ("1e-4", RUBBER, "it must be a number"),
-        (1e-4, mdr.Elastic(0.75, 0.5), "tolerance= is for MaugisDugdale or Capillary on bodies with memory"),
+        (
+            1e-4,
+            mdr.Elastic(0.75, 0.5),
+            "tolerance = 0.0001; it is for MaugisDugdale or Capillary on bodies with memory",
+        ),
     ],
 )
 def test_tolerances_that_are_refused(tolerance, body, words):

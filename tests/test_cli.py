@@ -154,16 +154,19 @@ def test_a_contact_in_closed_form_loads_no_more_than_it_needs(case):
         ("steps = 3", "stesp = 3", ["path", "stesp", "did you mean 'steps'"]),
         ("steps = 3", "steps = 0", ["steps", "0", "at least 1"]),
         ("steps = 3", "steps = 2.5", ["steps", "2.5"]),
-        ('"10 mm"', '"1,5 mm"', ["[profile]", "Sphere.radius", "1,5 mm", "decimal point"]),
+        ('"10 mm"', '"1,5 mm"', ["[profile]", "] radius: ", "1,5 mm", "decimal point"]),
         ('"10 mm"', '"9**9 m"', ["[profile]", "9**9 m"]),
         ('"10 mm"', '"5 kg"', ["[profile]", "kg", "does not fit"]),
         ('"10 mm"', '"5 parsnips"', ["[profile]", "unknown unit", "parsnips"]),
         ('"10 mm"', '"-1 mm"', ["[profile]", "-1 mm", "above 0 m"]),
         ('"10 mm"', "nan", ["[profile]", "not finite"]),
-        ('"210 GPa"', '"-210 GPa"', ["[body]", "Elastic.young", "above 0 Pa"]),
-        ("poisson = 0.3", "poisson = 0.6", ["[body]", "Elastic.poisson", "at most 0.5"]),
+        ('"210 GPa"', '"-210 GPa"', ["[body] young = ", "above 0 Pa"]),
+        ("poisson = 0.3", "poisson = 0.6", ["[body] poisson = ", "at most 0.5"]),
         ("poisson = 0.3", "", ["[body]", "'poisson' is missing"]),
         ('"50 N"', '"-50 N"', ["normal_force", "-50"]),
+        ("[profile]", "[solve]\ntolerance = nan\n[profile]", ["[solve] tolerance = nan: a finite number"]),
+        ("[profile]", "[solve]\ntolerance = true\n[profile]", ["[solve] tolerance = True: a number is"]),
+        ("[profile]", "[solve]\ntolerance = '1e-4'\n[profile]", ["[solve] tolerance = '1e-4': a number is"]),
         ("[profile]", "[profile", ["not TOML"]),
         ('radius = "10 mm"', 'radius = "10 mm"\nfile = "x.csv"', ["[profile]", "file"]),
     ],
@@ -176,6 +179,22 @@ def test_errors_name_file_table_key_value_and_limit(case, shell, tmp_path, old, 
     for word in words if new == '"-50 N"' else [case.name, *words]:
         assert word in err
     assert not (tmp_path / "out" / "result.nc").exists()
+
+
+def test_messages_begin_with_no_name_of_python(case, shell, tmp_path):
+    still = tmp_path / "still.csv"
+    still.write_text("shift [um],tangential force [N]\n" + "1,1\n" * 20)
+    for command, words in (
+        (("loops", still), "shift does not change"),
+        (
+            ("pull-off", case),
+            "the contact has no adhesion; give [adhesion] kind = 'jkr', work = '50 mJ/m^2'",
+        ),
+    ):
+        status, _, error = shell(*command)
+        assert status != 0
+        assert error.startswith(f"pymdr: {words}"), error
+        assert not re.match(r"pymdr: \w+_\w+: ", error)
 
 
 def test_empty_path_missing_file_and_binary(case, shell, tmp_path):
@@ -294,9 +313,31 @@ def test_new_of_an_unknown_kind(shell):
 def test_a_new_rough_case_is_answered(tmp_path, shell):
     file = tmp_path / "new.toml"
     assert shell("new", "rough", "-o", file)[0] == 0
-    status, out, err = shell("rough", file, "--normal-force", "1 N", "--realisations", "2")
+    status, out, err = shell("rough", file, "--realisations", "2", "--json")
     assert (status, err) == (0, "")
-    assert "My rough" in out
+    assert json.loads(out)["title"] == "My rough"
+    other = file.with_name("other.toml")
+    text = file.read_text()
+    for line, unit, values in (
+        ("indentation = 5e-7", "m", [5e-7]),
+        ('normal_force = [ "0.1 N", 2 ]', "N", [0.1, 2.0]),
+        ("# no load", "N", [3.0]),
+    ):
+        other.write_text(re.sub("^normal_force.*", line, text, flags=re.MULTILINE))
+        given = () if unit in line or values != [3.0] else ("--normal-force", "3 N")
+        status, out, err = shell("rough", other, *given, "--realisations", "2", "--json")
+        assert (status, err) == (0, "")
+        column = json.loads(out)["study"]["normal_force" if unit == "N" else "indentation"]
+        assert (column["values"], column["unit"]) == (values, unit)
+    for line, words in (
+        ('normal_force = "1 N"\nindentation = 1e-6', "normal_force and indentation: give one of them"),
+        ('normal_force = "1"', "normal_force: '1' has no unit; write for example '50 N'"),
+        ("normal_force = nan", "nan is not finite"),
+        ("normal_forc = 1", "normal_forc = 1: unknown key; did you mean 'normal_force'?"),
+    ):
+        other.write_text(re.sub("^normal_force.*", line, text, flags=re.MULTILINE))
+        for command in ("check", "rough", "press"):
+            assert words in shell(command, other)[2]
     schema = json.loads(shell("schema", "--rough")[1])
     assert set(schema["required"]) == {"surface", "body"}
     assert "above 0 and at most 1" in schema["$defs"]["surface"]["properties"]["hurst"]["description"]
@@ -309,7 +350,7 @@ def test_a_new_rough_case_is_answered(tmp_path, shell):
 def test_a_new_case_of_a_pressed_surface_is_answered(tmp_path, shell):
     file = tmp_path / "new.toml"
     assert shell("new", "press", "-o", file)[0] == 0
-    status, _, err = shell("press", file, "--normal-force", "1 N", "--quiet")
+    status, _, err = shell("press", file, "--quiet")
     assert (status, err) == (0, "")
     file.write_text(re.sub("^# (punch)", r"\1", file.read_text(), flags=re.MULTILINE))
     assert "always a punch" in shell("press", file, "--normal-force", "1 N")[2]
@@ -713,7 +754,7 @@ def test_rough_surfaces_from_the_shell(rough, tmp_path, shell):
         ("seed = 3", "seed = -3", "at least 0"),
         ("seed = 3", "seed = 0.5", "a whole number is needed"),
         ("[surface]", "[surfaces]", "table [surface] is missing"),
-        ('title = "Ground steel on glass"', "path = 1", "unknown table"),
+        ('title = "Ground steel on glass"', "path = 1", "path = 1: unknown key"),
         (
             'kind = "elastic"\nyoung = "210 GPa"\npoisson = 0.3',
             'kind = "rigid"\n[ball]\nradios = 1',

@@ -302,7 +302,9 @@ def test_what_is_called_without_arguments_says_what_it_needs():
             continue
         if all(one.default is not one.empty for one in inspect.signature(face).parameters.values()):
             continue
-        with pytest.raises(TypeError, match=rf"^{name}\(\) needs \w+.* \(arguments: "):
+        with pytest.raises(
+            TypeError, match=rf"^{name}\(\) needs \w+.* \(arguments: .*\); for example mdr\.{name}\("
+        ):
             face()
     words = r'^JKR\(\) needs work in J/m\^2 \(arguments: .*\); for example mdr.JKR\("50 mJ/m\^2"\)$'
     with pytest.raises(TypeError, match=words):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import wraps
 from types import FunctionType
@@ -65,7 +66,10 @@ def with_known_arguments(function: _Function) -> _Function:
         try:
             return function(*args, **keywords)
         except TypeError:
-            refuse_missing(title, function, args, keywords)
+            # the examples of a constructor are those of its class
+            is_constructor = function.__name__ == "__init__"
+            described, given = (type(args[0]), args[1:]) if is_constructor else (function, args)
+            refuse_missing(title, described, given, keywords)
             raise
 
     return cast(_Function, known)
@@ -120,14 +124,17 @@ def refuse_missing(
 
 
 def _call(title: str, doc: str) -> str:
-    """The first complete call of a function in its examples."""
-    for line in doc.splitlines():
-        start = line.find(f"mdr.{title}(") if line.lstrip().startswith((">>> ", "... ")) else -1
-        depth = 0
-        for i in range(start, len(line)) if start >= 0 else ():
-            depth += (line[i] == "(") - (line[i] == ")")
-            if depth == 0 and line[i] == ")":
-                return line[start : i + 1]
+    """The first call of a function or method in its examples."""
+    prompts = (line.strip()[4:] for line in doc.splitlines() if line.lstrip().startswith((">>> ", "... ")))
+    code = "\n".join(prompts)
+    start = re.search(rf"\w+(?:\.\w+)*\.{title}\(", code)
+    first = start.start() if start else len(code)
+    depth = 0
+    for i in range(first, len(code)):
+        depth += (code[i] == "(") - (code[i] == ")")
+        if depth == 0 and code[i] == ")":
+            line = re.sub(r"\s+", " ", code[first : i + 1])
+            return line.replace("( ", "(").replace(", )", ")").replace(" )", ")")
     return ""
 
 

@@ -149,7 +149,7 @@ def check_tolerance(
     if solver is not None or not (contact.is_viscoelastic and contact.is_cohesive):
         alone = "" if solver is None else ", without solver="
         raise ProblemError(
-            f"{verb}: tolerance= is for MaugisDugdale or Capillary on bodies with memory{alone}; leave it out, the claims state the errors"
+            f"{verb}: tolerance = {shown(tolerance)}; it is for MaugisDugdale or Capillary on bodies with memory{alone}; leave it out, the claims state the errors"
         )
 
 

@@ -251,9 +251,10 @@ steps = 50
 """,
 }
 _ROUGH = """\
-# A pymdr case of a rough surface. Solve it with: pymdr rough CASE.toml --normal-force "1 N"
+# A pymdr case of a rough surface. Solve it with: pymdr rough CASE.toml
 # Quantities are texts with units, or plain numbers in SI units.
 title = "My rough"
+normal_force = "1 N"        # or several: [ "0.1 N", "1 N" ]; or indentation
 
 [surface]
 hurst = 0.8                 # Hurst exponent, above 0 and at most 1
@@ -277,9 +278,10 @@ poisson = 0.22
 # radius = "10 mm"
 """
 _PRESS = """\
-# A pymdr case of a surface that boundary elements press. Solve it with: pymdr press CASE.toml --normal-force "1 N"
+# A pymdr case of a surface that boundary elements press. Solve it with: pymdr press CASE.toml
 # Quantities are texts with units, or plain numbers in SI units.
 title = "My press"
+normal_force = "1 N"        # or several: [ "0.1 N", "1 N" ]; or indentation
 # punch = true              # with measured heights: the body ends at their border
 
 [surface]                   # for measured heights replace these keys by the commented ones

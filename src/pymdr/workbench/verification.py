@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, TypedDict, Unpack
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from pymdr.presentation import plot
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import JKR
 from pymdr.problem.materials import common_exponent
+from pymdr.problem.options import with_options
 from pymdr.problem.paths import LoadingPath, Path
 from pymdr.problem.profiles import Shape
 from pymdr.problem.schedule import is_torsional, planned, uses
@@ -25,7 +26,7 @@ from pymdr.result import FieldReader, Result
 from pymdr.solving.closure import refuse_curve
 from pymdr.solving.drawing import infinite_in
 from pymdr.solving.ringed import adhesive_disks
-from pymdr.solving.verb import solve
+from pymdr.solving.verb import check_tolerance, solve
 from pymdr.units import FloatArray, QuantityLike
 from pymdr.workbench.comparison import Comparison
 from pymdr.workbench.shapes import hold_shape
@@ -92,16 +93,24 @@ class Verification(Comparison):
         return plot.compared_pressures(self.pressures, self.history, drawn_stress(self.subsurface))
 
 
+class MethodOptions(TypedDict, total=False):
+    """Options of :func:`pymdr.solve` for the solution by the method."""
+
+    machine_stiffness: QuantityLike | None
+    tolerance: float | None
+
+
+@with_options(MethodOptions)
 def verify(
     contact: Contact,
     path: LoadingPath,
     *,
     elements: int | None = None,
     steps: int | None = None,
-    machine_stiffness: QuantityLike | None = None,
     engine: str | None = None,
     wear: Mapping[str, Any] | None = None,
     progress: Callable[[int, int], None] | None = None,
+    **options: Unpack[MethodOptions],
 ) -> Comparison:
     """
     Solve some steps of a path both by the method and by boundary elements: on rings, or, with friction or bodies not of revolution, on a grid.
@@ -121,14 +130,14 @@ def verify(
         points and rows between them; 20 unless given. Bodies with memory are followed along all rows by
         both, the rings under the same forces or indentations. With adhesion the rings have the contact radius of the method, and
         determine the indentation from the singularity at its edge; where a corner pins the edge, indentation and radius are given.
-    machine_stiffness : quantity, optional
-        As for :func:`pymdr.solve`.
     engine : str, optional
         Package that presses a body that is not of revolution, as for :func:`pymdr.press`.
     wear : mapping, optional
         ``coefficient``, ``cycles`` and ``law`` of :func:`pymdr.wear`, whose cycle the path is: then wear is compared.
     progress : callable, optional
         Called as ``progress(done, total)``.
+    machine_stiffness, tolerance : optional
+        As for :func:`pymdr.solve`.
 
     Returns
     -------
@@ -152,6 +161,8 @@ def verify(
     True
     """
     refuse_curve(contact, "verify", "boundary elements need its shape")
+    machine_stiffness, tolerance = options.get("machine_stiffness"), options.get("tolerance")
+    check_tolerance(contact, tolerance, "verify")
     if wear is not None:
         number, most = 120 if elements is None else elements, 5 if steps is None else steps
         return verify_wear(contact, path, wear, number, most, progress)
@@ -174,7 +185,7 @@ def verify(
         mdr = solve(contact, path, machine_stiffness=machine_stiffness)
         return _verify_adhesion(_works(contact.adhesion, mdr), mdr, solver, steps, progress)
     if contact.is_viscoelastic:
-        return _verify_history(contact, path, solver, steps, progress)
+        return _verify_history(solve(contact, path, tolerance=tolerance), path, solver, steps, progress)
     depths = _touched(solve(contact, path, machine_stiffness=machine_stiffness))
     chosen = depths[_spread(depths.size, steps)]
     route = Path(indentation=chosen)
@@ -252,15 +263,14 @@ def _verify_adhesion(
 
 
 def _verify_history(
-    contact: Contact,
+    mdr: Result,
     path: LoadingPath,
     solver: Rings,
     steps: int,
     progress: Callable[[int, int], None] | None,
 ) -> Verification:
     """Compare both histories in all rows, and all quantities in some of the rows in contact."""
-    mdr = solve(contact, path)
-    ring = solve(contact, path, solver=solver, progress=progress)
+    ring = solve(mdr.contact, path, solver=solver, progress=progress)
     touching = np.flatnonzero(ring.data["contact_radius"].values > 0.0)
     if touching.size == 0:
         raise PathError(
@@ -280,7 +290,7 @@ def _verify_history(
         rings=solver.n,
         history=_history(mdr, ring),
         to_largest=True,
-        contact=contact,
+        contact=mdr.contact,
     )
 
 

@@ -6,6 +6,7 @@ added by :func:`register`.
 
 from pymdr.problem.codec.cases import PressCase as PressCase
 from pymdr.problem.codec.cases import RoughCase as RoughCase
+from pymdr.problem.codec.cases import SurfaceCase as SurfaceCase
 from pymdr.problem.codec.cases import decode_case as decode_case
 from pymdr.problem.codec.cases import decode_contact as decode_contact
 from pymdr.problem.codec.cases import decode_press as decode_press

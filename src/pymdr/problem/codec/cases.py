@@ -8,7 +8,7 @@ from typing import Any
 
 from pymdr.errors import CaseError, PymdrError
 from pymdr.problem.codec.complaints import refuse_invalid
-from pymdr.problem.codec.models import case_adapter, press_adapter, rough_adapter
+from pymdr.problem.codec.models import LOADS, case_adapter, press_adapter, rough_adapter
 from pymdr.problem.codec.registering import import_kinds
 from pymdr.problem.codec.tables import ONE_CHANNEL_LEGS, ORBIT_LEGS, TABLES
 from pymdr.problem.contact import Contact
@@ -16,33 +16,39 @@ from pymdr.problem.layers import Layer, Layered
 from pymdr.problem.materials import Material
 from pymdr.problem.paths import History, Leg, LoadingPath, Ramp
 from pymdr.problem.rough import RoughSurface
-from pymdr.units import shown
+from pymdr.units import shown, to_si_array
 
 MEASURED = ("file", "channel", "size", "unit", "missing", "detrend")
 """Keys of a measured surface: its file, and how it is read and prepared."""
 
 
 @dataclass(frozen=True)
-class RoughCase:
-    """The contents of a rough case."""
+class SurfaceCase:
+    """What the cases of surfaces share."""
 
     title: str
-    surface: RoughSurface
     body: Material
     counterbody: Material
+    normal_force: tuple[str, ...]
+    """Loads, unless a command has others."""
+    indentation: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class RoughCase(SurfaceCase):
+    """The contents of a rough case."""
+
+    surface: RoughSurface
     radius: float | str | None
     """Radius of the rough ball; None for a nominally flat patch."""
 
 
 @dataclass(frozen=True)
-class PressCase:
+class PressCase(SurfaceCase):
     """The contents of a case of a pressed surface."""
 
-    title: str
     surface: RoughSurface | Mapping[str, Any]
     """A random surface, or the keys of a measured one."""
-    body: Material
-    counterbody: Material
     punch: bool
 
 
@@ -105,7 +111,7 @@ def decode_rough(plain: Mapping[str, Any]) -> RoughCase:
     Parameters
     ----------
     plain : mapping
-        With the tables ``surface``, ``body`` and optionally ``counterbody``, ``ball`` and ``title``.
+        With the tables ``surface``, ``body`` and optionally ``counterbody``, ``ball``, ``title`` and loads.
 
     Examples
     --------
@@ -124,7 +130,7 @@ def decode_rough(plain: Mapping[str, Any]) -> RoughCase:
     refuse_invalid(plain, rough_adapter())
     surface = _build("surface", RoughSurface, plain["surface"])
     radius = plain["ball"]["radius"] if "ball" in plain else None
-    return RoughCase(str(plain.get("title", "")), surface, *_bodies(plain), radius)
+    return RoughCase(surface=surface, radius=radius, **_shared(plain))
 
 
 def decode_press(plain: Mapping[str, Any]) -> PressCase:
@@ -134,7 +140,7 @@ def decode_press(plain: Mapping[str, Any]) -> PressCase:
     Parameters
     ----------
     plain : mapping
-        With the tables ``surface``, ``body`` and optionally ``counterbody``, ``punch`` and ``title``.
+        With the tables ``surface``, ``body`` and optionally ``counterbody``, ``punch``, ``title`` and loads.
 
     Examples
     --------
@@ -167,7 +173,7 @@ def decode_press(plain: Mapping[str, Any]) -> PressCase:
     import_kinds(plain)
     refuse_invalid(plain, press_adapter())
     heights = dict(surface) if measured else _build("surface", RoughSurface, surface)
-    return PressCase(str(plain.get("title", "")), heights, *_bodies(plain), bool(plain.get("punch", False)))
+    return PressCase(surface=heights, punch=bool(plain.get("punch", False)), **_shared(plain))
 
 
 def _refuse_other_bodies(plain: Mapping[str, Any]) -> None:
@@ -209,9 +215,21 @@ def _decoded(plain: Mapping[str, Any], legs: Mapping[str, Mapping[str, Any]]) ->
     return contact, [built[name] for name in legs]
 
 
-def _bodies(plain: Mapping[str, Any]) -> tuple[Material, Material]:
-    counterbody = plain.get("counterbody", {"kind": "rigid"})
-    return _decode(plain["body"], "body"), _decode(counterbody, "counterbody")
+def _shared(plain: Mapping[str, Any]) -> dict[str, Any]:
+    """What the cases of surfaces share."""
+    if all(name in plain for name in LOADS):
+        raise CaseError("normal_force and indentation: give one of them")
+    bodies = {"counterbody": {"kind": "rigid"}, **plain}
+    return {
+        "title": str(plain.get("title", "")),
+        **{name: _decode(bodies[name], name) for name in ("body", "counterbody")},
+        **{name: _loads(plain.get(name, []), name, unit) for name, unit in LOADS.items()},
+    }
+
+
+def _loads(given: Any, name: str, unit: str) -> tuple[str, ...]:
+    values = to_si_array(given, unit, name=name).ravel().tolist()
+    return tuple(f"{value!r} {unit}" for value in values)
 
 
 def _decode(plain: Mapping[str, Any], table: str) -> Any:

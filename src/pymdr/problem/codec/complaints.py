@@ -58,6 +58,9 @@ _NEEDED = {
     "model_attributes_type": "a table is needed",
     "dict_type": "a table is needed",
     "bool_type": "true or false is needed",
+    "float_type": "a number is needed",
+    "float_parsing": "a number is needed",
+    "finite_number": "a finite number is needed",
 }
 
 
@@ -104,7 +107,8 @@ def _complaint(item: Mapping[str, Any], loc: list[Any], plain: Mapping[str, Any]
     match item["type"]:
         case "extra_forbidden":
             hint = _hint(key, _known_keys(loc[:-1], plain))
-            return f"{where}{key} = {shown(item['input'])}: unknown {'key' if table else 'table'}; {hint}"
+            what = "table" if not table and isinstance(item["input"], Mapping | list) else "key"
+            return f"{where}{key} = {shown(item['input'])}: unknown {what}; {hint}"
         case "missing":
             return where + (_missing_key(item["input"], key) if table else _missing_table(key))
         case "union_tag_not_found":

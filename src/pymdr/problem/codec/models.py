@@ -39,6 +39,9 @@ if TYPE_CHECKING:
     from pydantic import BaseModel, TypeAdapter
 
 
+LOADS = {"normal_force": "N", "indentation": "m"}
+"""Loads of a surface, and their units."""
+
 FILE_KEYS = {"sampled": ("file",), "force_curve": ("file",), "prony": ("file",), "path": ("file", "channels")}
 """Keys of case files that replace the arrays of a kind by columns of a file."""
 
@@ -111,10 +114,8 @@ def rough_adapter() -> TypeAdapter[Any]:
         "rough_case",
         __config__=ConfigDict(extra="forbid", title="pymdr rough case"),
         __doc__="A randomly rough surface between two bodies.",
-        title=(str, Field("", description="printed above the summary")),
         surface=(surface, ...),
-        body=(_union("material"), ...),
-        counterbody=(_union("material"), Field(None, description="rigid unless given")),
+        **_of_surfaces(),
         ball=(ball | None, Field(None, description="rough ball; nominally flat unless given")),
     )
     return TypeAdapter(model)
@@ -142,13 +143,25 @@ def press_adapter() -> TypeAdapter[Any]:
         "press_case",
         __config__=ConfigDict(extra="forbid", title="pymdr press case"),
         __doc__="A surface pressed on a half-space.",
-        title=(str, Field("", description="printed above the summary")),
         surface=(measured | rough, ...),
         punch=(StrictBool, Field(False, description="whether the body ends at the edge of the heights")),
-        body=(_union("material"), ...),
-        counterbody=(_union("material"), Field(None, description="rigid unless given")),
+        **_of_surfaces(),
     )
     return TypeAdapter(model)
+
+
+def _of_surfaces() -> dict[str, Any]:
+    """What the cases of surfaces share."""
+    from pydantic import Field
+
+    value: Any = int | float | str
+    load = Field(None, description="one or several; unless given, an option of the command")
+    return {
+        "title": (str, Field("", description="printed above the summary")),
+        "body": (_union("material"), ...),
+        "counterbody": (_union("material"), Field(None, description="rigid unless given")),
+        **dict.fromkeys(LOADS, (value | list[value], load)),
+    }
 
 
 def machine_adapter() -> TypeAdapter[Any]:
@@ -200,9 +213,8 @@ def _options_model() -> type[BaseModel]:
 
     stiffness = Field(None, description="stiffness of the loading machine, above 0 N/m")
     kept = Field(None, description="with friction: keep every k-th row", ge=1, strict=True)
-    tolerance = Field(
-        None, description="cohesive zone with memory: relative error of the force", ge=1e-6, le=1e-2
-    )
+    text = "cohesive zone with memory: relative error of the force"
+    tolerance: Any = Annotated[float, Field(strict=True, ge=1e-6, le=1e-2, allow_inf_nan=False)]
     rings_only: Any = Literal["rings"]
     rings: Any = create_model(
         "rings",
@@ -218,7 +230,7 @@ def _options_model() -> type[BaseModel]:
         machine_stiffness=(Union[int, float, str, None], stiffness),  # noqa: UP007
         keep=(int | None, kept),
         solver=(rings | None, Field(None, description="by default the method of dimensionality reduction")),
-        tolerance=(float | None, tolerance),
+        tolerance=(tolerance | None, Field(None, description=text)),
     )
 
 

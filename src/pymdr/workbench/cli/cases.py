@@ -25,7 +25,6 @@ from pymdr.workbench.cli.reporting import (
     REFUSALS,
     REFUSED,
     columns_of,
-    error_text,
     failure_report,
     failures_as_json,
     print_error,
@@ -38,6 +37,7 @@ from pymdr.workbench.cli.reporting import (
     validity_of,
     with_unit,
 )
+from pymdr.workbench.cli.wording import error_text
 
 if TYPE_CHECKING:
     from pymdr.workbench.casefile import Case

@@ -22,7 +22,7 @@ from pymdr.workbench.cli.laws import law, table
 from pymdr.workbench.cli.machines import move
 from pymdr.workbench.cli.measured import fretting, loops, topography
 from pymdr.workbench.cli.options import Once
-from pymdr.workbench.cli.reporting import OK, error_text, exit_status, print_error
+from pymdr.workbench.cli.reporting import OK, exit_status, print_error
 from pymdr.workbench.cli.starting import info, new, schema
 from pymdr.workbench.cli.studies import (
     fatigue,
@@ -39,6 +39,7 @@ from pymdr.workbench.cli.studies import (
 from pymdr.workbench.cli.surfaces import press, rough
 from pymdr.workbench.cli.sweep import sweep
 from pymdr.workbench.cli.verify import verify
+from pymdr.workbench.cli.wording import error_text
 
 _COMMANDS = (
     run,

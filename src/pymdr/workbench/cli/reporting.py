@@ -18,6 +18,7 @@ import typer
 from pymdr.errors import PymdrError, RefusedError
 from pymdr.workbench.cli.folders import ready_output, write_study
 from pymdr.workbench.cli.options import Json, Quiet, Table
+from pymdr.workbench.cli.wording import error_text, in_words_of_shell
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,37 +31,6 @@ OK, FAILED, REFUSED = 0, 1, 3
 """Exit statuses; 2 is wrong usage, REFUSED means that the method does not apply to the contact."""
 REFUSALS = ("REFUSED", "ADHESION_REFUSED")
 """Statuses of results that give only a bound."""
-
-
-_OF_SHELL = {
-    "check the signs with curve.orient()": "check the signs: compression is positive with --keep-signs",
-    "(curve.orient(keep=True))": "with --keep-signs",
-    "keep=True if the signs are those of pymdr, or signs=": "or --keep-signs if compression is positive",
-    "read_curves(..., leave_out_missing=True) omits them": "--leave-out-missing omits them",
-    "give spring_constant, such as": "give --spring-constant, such as",
-    "give sensitivity, such as": "give --sensitivity, such as",
-    " and spring_constant, such as": " and --spring-constant, such as",
-    " and sensitivity, such as": " and --sensitivity, such as",
-    "mark outliers (curve.mark_outliers()), ": "",
-    "give exactly one of normal_force and indentation": "give exactly one of --normal-force and --indentation",
-    "add it to quantities=": "add it with --quantity",
-    "missing='interpolate', 'crop' or 'keep'": "missing, 'interpolate', 'crop' or 'keep' (--missing, or a key of [surface])",
-}
-"""Remedies in Python -> remedies of commands."""
-
-
-def in_words_of_shell(text: str) -> str:
-    """
-    A message whose remedies are options of commands.
-
-    Examples
-    --------
-    >>> in_words_of_shell("press deeper, or check the signs with curve.orient()")
-    'press deeper, or check the signs: compression is positive with --keep-signs'
-    """
-    for of_python, of_shell in _OF_SHELL.items():
-        text = text.replace(of_python, of_shell)
-    return text
 
 
 def print_text(text: str) -> None:
@@ -151,11 +121,6 @@ def report(command: str, case: Path, written: Sequence[Path] = (), **entries: An
         "error": None,
     }
     return {**empty, **entries}
-
-
-def error_text(error: BaseException) -> str:
-    """The message of an error."""
-    return str(error) or "out of memory; use fewer steps"
 
 
 def exit_status(error: BaseException) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,19 +12,22 @@ from pymdr.workbench.cli.options import Cluster, Json, Points, Quiet, Table, at_
 from pymdr.workbench.cli.reporting import print_error, report_study, stages, study_command
 
 if TYPE_CHECKING:
+    from pymdr.problem.codec import SurfaceCase
     from pymdr.solving.study import Study
     from pymdr.units import FloatArray
 
-SurfaceCase = Annotated[
+CaseOfSurface = Annotated[
     Path,
     typer.Argument(metavar="CASE.toml", help="Case file with [surface] instead of [profile] and [[path]]."),
 ]
-Forces = Annotated[list[str] | None, typer.Option(help="Force, such as '1 N'; repeatable.")]
+Forces = Annotated[
+    list[str] | None, typer.Option(help="Force, such as '1 N'; repeatable; by default that of the case.")
+]
 
 
 @study_command("rough")
 def rough(
-    case: SurfaceCase,
+    case: CaseOfSurface,
     normal_force: Forces = None,
     indentation: Annotated[
         list[str] | None, typer.Option(help="Depth below the highest summit instead, such as '1 um'.")
@@ -45,7 +49,7 @@ def rough(
     from pymdr.workbench.casefile import read_rough_case
 
     problem = read_rough_case(case)
-    forces, depths = _loads(normal_force, indentation, points)
+    forces, depths = _loads(problem, normal_force, indentation, points)
     with at_work(workers, cluster) as workforce:
         return problem.title, press_rough(
             problem.surface,
@@ -61,7 +65,7 @@ def rough(
 
 
 def press(
-    case: SurfaceCase,
+    case: CaseOfSurface,
     normal_force: Forces = None,
     indentation: Annotated[
         list[str] | None, typer.Option(help="Depth of the highest pixel instead, such as '1 um'.")
@@ -90,7 +94,7 @@ def press(
 
     def studied() -> tuple[str, Study]:
         problem, surface = read_press_case(case)
-        forces, depths = _loads(normal_force, indentation, points)
+        forces, depths = _loads(problem, normal_force, indentation, points)
         loads = forces if forces is not None else depths
         if not quiet and not as_json and loads is not None:
             nx, ny = pixels_of(surface)
@@ -115,9 +119,14 @@ def press(
 
 
 def _loads(
-    normal_force: list[str] | None, indentation: list[str] | None, points: int | None
+    case: SurfaceCase,
+    normal_force: Sequence[str] | None,
+    indentation: Sequence[str] | None,
+    points: int | None,
 ) -> tuple[FloatArray | list[str] | None, FloatArray | list[str] | None]:
-    """Given forces or depths in SI units."""
+    """Given forces or depths, or those of the case."""
+    if not normal_force and not indentation:
+        normal_force, indentation = case.normal_force, case.indentation
     forces = spread(normal_force, points, "N", "normal-force") if normal_force else None
     depths = spread(indentation, points, "m", "indentation") if indentation else None
     return forces, depths

@@ -78,6 +78,7 @@ def _verified(
     from pymdr.problem.profiles import Shape
     from pymdr.problem.schedule import is_torsional
     from pymdr.workbench.sliding import SlidingVerification
+    from pymdr.workbench.verification import MethodOptions
     from pymdr.workbench.verification import verify as compare_with_elements
 
     wear = problem.outputs.get("wear")
@@ -96,9 +97,9 @@ def _verified(
         problem.path,
         elements=n,
         steps=steps,
-        machine_stiffness=problem.options.get("machine_stiffness"),
         wear=wear,
         progress=stage(label),
+        **{name: problem.options[name] for name in MethodOptions.__annotations__ if name in problem.options},
     )
     plain: dict[str, Any] = {"solver": solver, "n": n, "largest_difference": comparison.largest_difference}
     if isinstance(comparison, SlidingVerification):

@@ -1,0 +1,158 @@
+"""Messages of the library in the words of commands and case files."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import re
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+_OF_SHELL = {
+    "check the signs with curve.orient()": "check the signs: compression is positive with --keep-signs",
+    "(curve.orient(keep=True))": "with --keep-signs",
+    "keep=True if the signs are those of pymdr, or signs=": "or --keep-signs if compression is positive",
+    "read_curves(..., leave_out_missing=True) omits them": "--leave-out-missing omits them",
+    "give spring_constant, such as": "give --spring-constant, such as",
+    "give sensitivity, such as": "give --sensitivity, such as",
+    " and spring_constant, such as": " and --spring-constant, such as",
+    " and sensitivity, such as": " and --sensitivity, such as",
+    "mark outliers (curve.mark_outliers()), ": "",
+    "give exactly one of normal_force and indentation": "give exactly one of --normal-force and --indentation",
+    "add it to quantities=": "add it with --quantity",
+    "missing='interpolate', 'crop' or 'keep'": "missing, 'interpolate', 'crop' or 'keep' (--missing, or a key of [surface])",
+}
+"""Remedies in Python -> remedies of commands."""
+
+_FUNCTIONS = ("solve", "field", "fill_missing", "largest", "to_csv", "tip_cutoff", "detrend")
+"""Functions without an underscore, and methods, that messages begin with and no command is called."""
+
+
+def in_words_of_shell(text: str) -> str:
+    """
+    A message whose remedies are options of commands.
+
+    Examples
+    --------
+    >>> in_words_of_shell("press deeper, or check the signs with curve.orient()")
+    'press deeper, or check the signs: compression is positive with --keep-signs'
+    """
+    for of_python, of_shell in _OF_SHELL.items():
+        text = text.replace(of_python, of_shell)
+    return text
+
+
+def error_text(error: BaseException) -> str:
+    """
+    The message of an error, with keys of case files in place of calls, and without names of functions and classes.
+
+    Examples
+    --------
+    >>> error_text(ValueError("pull_off: no adhesion; give Contact(..., adhesion=JKR('50 mJ/m^2'))"))
+    "no adhesion; give [adhesion] kind = 'jkr', work = '50 mJ/m^2'"
+    >>> error_text(ValueError("wear: write load('10 N') >> cycle(shift='1 um')"))
+    "wear: write [[path]] kind = 'load', normal_force = '10 N' and [[path]] kind = 'cycle', shift = '1 um'"
+    >>> error_text(ValueError("a.toml: [friction] Coulomb.coefficient = -1: it must be at least 0; leave mu= out"))
+    'a.toml: [friction] coefficient = -1: it must be at least 0; leave mu out'
+    """
+    import pymdr
+
+    functions = "|".join((*(name for name in dir(pymdr) if "_" in name), *_FUNCTIONS))
+    message = re.sub(rf"(^|: )(?:{functions}): ", r"\1", in_words_of_shell(str(error)))
+    message = re.sub(r"(?<=\] )[A-Z]\w+\.(?=[a-z])", "", message)
+    return "".join(_with_keys(message)) or "out of memory; use fewer steps"
+
+
+class _Kind(NamedTuple):
+    """A kind of case files: its table, name and keys in the order of arguments."""
+
+    table: str
+    name: str
+    keys: tuple[str, ...]
+
+
+def _kinds() -> dict[str, _Kind]:
+    """Kinds by the names of their calls."""
+    from pymdr.problem.codec.tables import ONE_CHANNEL_LEGS, TABLES
+
+    places = {
+        "profile": "[profile] ",
+        "adhesion": "[adhesion] ",
+        "friction": "[friction] ",
+        "leg": "[[path]] ",
+    }
+    kinds = {
+        cls.__name__: _Kind(places.get(table, ""), kind, tuple(inspect.signature(cls).parameters))
+        for table, classes in TABLES.items()
+        for kind, cls in classes.items()
+    }
+    kinds |= {kind: _Kind(places["leg"], kind, (channel,)) for kind, channel in ONE_CHANNEL_LEGS.items()}
+    kinds |= {kind: kinds[kind.title()] for kind in ("cycle", "hold")}
+    return kinds | {"Rings": _Kind("[solve] solver: ", "rings", ("n",))}
+
+
+def _with_keys(message: str) -> Iterator[str]:
+    """The parts of a message with the keys of case files in place of calls of their kinds, and of arguments."""
+    rest, kinds = message, _kinds()
+    while call := re.search(r"(?:\bContact\(\.\.\., )?(?:\b\w+=)?\b(\w+)\(", rest):
+        start, end = call.start(1), _closing(rest, call.end() - 1)
+        before = rest[: call.start()]
+        is_subject = (call.start() == 0 and rest == message) or before.endswith("] ")
+        keys = _keys(rest[start:end], kinds) if call[1] in kinds and not is_subject else ""
+        yield _with_options(before)
+        yield keys or rest[call.start() : end]
+        end += bool(keys) and call[0].startswith("Contact(")
+        link = re.match(r" >> (?=\w+\()| >> \.\.\.", rest[end:]) if keys else None
+        if link:
+            yield "" if link[0].endswith("...") else " and "
+            end += link.end()
+        rest = rest[end:]
+    yield _with_options(rest)
+
+
+def _with_options(text: str) -> str:
+    """Text between calls without the equal signs of Python's arguments."""
+    text = re.sub(r"(?:(?<=\s)|^)([a-z_]+)=(?=[\s,.;]|$)", r"\1", text)
+    return re.sub(r"(?:(?<=\s)|^)([a-z_]+)=(?=')", r"\1 = ", text)
+
+
+def _closing(text: str, start: int) -> int:
+    """The place after the bracket that closes the one at `start`, or the end of the text."""
+    depth = 0
+    for i in range(start, len(text)):
+        depth += (text[i] == "(") - (text[i] == ")")
+        if depth == 0:
+            return i + 1
+    return len(text)
+
+
+def _keys(call: str, kinds: Mapping[str, _Kind]) -> str:
+    """The keys of a case file that mean the same as a call of a kind; empty if it is no call."""
+    try:
+        node = ast.parse(call, mode="eval").body
+    except SyntaxError:
+        return ""
+    written = _value(node, kinds)
+    table = (
+        kinds[node.func.id].table if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) else ""
+    )
+    return table + written.removeprefix("{ ").removesuffix(" }")
+
+
+def _value(node: ast.expr, kinds: Mapping[str, _Kind]) -> str:
+    """A value in a case file; empty for what only stands for one."""
+    if isinstance(node, ast.Constant) and node.value is not ...:
+        return repr(node.value)
+    if isinstance(node, ast.Attribute):
+        return node.attr
+    if not (isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in kinds):
+        return ""
+    kind = kinds[node.func.id]
+    given = [*zip(kind.keys, node.args, strict=False), *((one.arg or "", one.value) for one in node.keywords)]
+    entries = {key: _value(value, kinds) for key, value in given if key}
+    named = [one.id for one in node.args if isinstance(one, ast.Name)]
+    named += [one.arg for one in node.keywords if one.arg and not entries[one.arg]]
+    whole = ", ".join(
+        [f"kind = {kind.name!r}", *(f"{key} = {value}" for key, value in entries.items() if value)]
+    )
+    return "{ " + whole + (f" with {' and '.join(named)}" if named else "") + " }"
