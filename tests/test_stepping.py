@@ -94,6 +94,21 @@ def test_long_histories_need_more_room(count, friction):
     assert last == pytest.approx(float(result["tangential_force"][-1]), abs=1e-13 * largest)
 
 
+@pytest.mark.parametrize("friction", [0.3, np.inf])
+def test_steps_are_taken_back_to_the_whole_stack(friction):
+    """Only what a step changed is kept; the way to the surface reads every turning point."""
+    stepper, rng = mdr.Stepper(ball(friction), "10 um"), np.random.default_rng(4)
+    swing = 0.9 ** np.arange(40) * np.where(np.arange(40) % 2, 1.0, -1.0)
+    for d, u in zip(5e-6 + 4e-6 * swing, 1e-6 * swing * rng.uniform(0.5, 1.0, 40), strict=True):
+        stepper.advance(d, u)
+        before = stepper.copy()
+        stepper.advance(1e-5 * rng.uniform(-0.1, 1.0), 1e-6 * rng.normal())
+        stepper.undo()
+        again = stepper.copy()
+        for part in (0.9, 0.5, 0.1):
+            assert again.advance(part * d, u) == before.advance(part * d, u)
+
+
 def test_a_step_is_taken_back():
     stepper = mdr.Stepper(ball(), "10 um")
     depth, shift = random_moves(3, 50, 1e-5)

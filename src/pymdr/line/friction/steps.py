@@ -15,6 +15,18 @@ from pymdr.units import FloatArray
 
 
 @fused.inlined
+def _first_changed(stacks: Any, least: int) -> int:
+    """The first vertex that the last step may have changed: one below the lesser of both tops, if those below it are the same."""
+    first = max(least - 1, 0)
+    while first > 0:
+        now, before = vertex(stacks[NOW], first - 1), vertex(stacks[BEFORE], first - 1)
+        if now.y == before.y and now.b == before.b and now.energy == before.energy:  # sums of all below
+            return first
+        first -= 1
+    return first
+
+
+@fused.inlined
 def _ending(line: FloatArray, stacks: Any, memory: FloatArray, depth: float, shift: float) -> int:
     """Whether a step can be taken; if so the present state is kept as the one before."""
     if not (abs(depth) <= LARGEST and abs(shift) <= LARGEST):
@@ -24,7 +36,7 @@ def _ending(line: FloatArray, stacks: Any, memory: FloatArray, depth: float, shi
     top = int(memory[NOW, layout.TOP])
     if top > stacks.shape[1] - 4:
         return layout.STACK_FULL
-    for i in range(top + 1):
+    for i in range(_first_changed(stacks, min(top, int(memory[BEFORE, layout.TOP]))), top + 1):
         stacks[BEFORE, i] = stacks[NOW, i]
     for i in range(memory.shape[1]):
         memory[BEFORE, i] = memory[NOW, i]
