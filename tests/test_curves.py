@@ -434,7 +434,7 @@ def test_tables_are_read_in_segments(tmp_path):
     with pytest.raises(ProblemError, match=r"a table with units\. The file has no spring constant; give"):
         mdr.read_curves(file)
     bad = table(tmp_path / "bad.csv", header, [(0, 1, 2), (1, math.nan, 3)])
-    with pytest.raises(CaseError, match="line 3: normal_force = 'nan'"):
+    with pytest.raises(CaseError, match=r"line 3: load \[nN\] = 'nan'"):
         mdr.read_curves(bad, spring_constant="0.1 N/m")
     text = tmp_path / "curve.docx"
     with pytest.raises(FileError, match="No such file"):

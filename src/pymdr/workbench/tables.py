@@ -542,7 +542,7 @@ def columns_of_lines(
     chosen = {quantity: indices[0] for quantity, indices in columns.items()}
     factors = {quantity: _factor(source, quantity, header[i]) for quantity, i in chosen.items()}
     entries = decimal_points(rows[first:], separator)
-    table = _numbers(source, entries, numbered[first:], chosen, len(header), separator, missing)
+    table = _numbers(source, entries, numbered[first:], chosen, header, separator, missing)
     return {quantity: _scaled(table[:, i], factors[quantity]) for i, quantity in enumerate(chosen)}
 
 
@@ -687,11 +687,12 @@ def _numbers(
     rows: Sequence[str],
     numbered: Sequence[int],
     chosen: Mapping[str, int],
-    width: int,
+    header: Sequence[str],
     separator: str,
     missing: Sequence[str],
 ) -> FloatArray:
     """The chosen columns; an invalid entry is refused, unless entries of its column may be missing."""
+    width = len(header)
     if all(row.count(separator) == width - 1 for row in rows):
         try:
             with warnings.catch_warnings():
@@ -723,7 +724,7 @@ def _numbers(
                 f"{source}, line {line + 1}: {len(cells)} entries for {width} columns of the header; give one entry for each column"
             )
         for k, (quantity, i) in enumerate(chosen.items()):
-            entry = f"{source}, line {line + 1}: {quantity} = {cells[i].strip()[:40]!r}"
+            entry = f"{source}, line {line + 1}: {header[i].strip()[:40]} = {cells[i].strip()[:40]!r}"
             if cells[i].strip().lower().lstrip("+-") in ("nan", "inf", "infinity", ""):
                 if quantity in missing:
                     target[k] = np.nan

@@ -19,6 +19,7 @@ _OF_SHELL = {
     " and sensitivity, such as": " and --sensitivity, such as",
     "mark outliers (curve.mark_outliers()), ": "",
     "give exactly one of normal_force and indentation": "give exactly one of --normal-force and --indentation",
+    "give hold=('60 s', '90 s')": "give --hold '60 s to 90 s'",
     "add it to quantities=": "add it with --quantity",
     "missing='interpolate', 'crop' or 'keep'": "missing, 'interpolate', 'crop' or 'keep' (--missing, or a key of [surface])",
 }
