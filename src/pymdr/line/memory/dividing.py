@@ -127,13 +127,14 @@ def parts_of(
         return whole_rows(t.size)
     springs = extended(curve, springs, deepest)
     strength = mean_moduli(relaxation, np.diff(t, prepend=state.time)) * elastic_force(curve, size)
-    course, division = np.stack([t, pulled, strength]), row_kernels.Division(tolerance * size, tolerance)
+    course = np.stack([t, pulled, strength])
+    division = row_kernels.Division(tolerance * size, tolerance if loads else math.inf)
     modes = modes_of(relaxation)
     while True:
         run, meet, begin, first = prepared_run(
             springs, relaxation, modes, state, goal.machine_stiffness, first_target
         )
-        parts = divided_rows(run, meet, (begin, first), course, division, loads)
+        parts = divided_rows(run, meet, (begin, first), course, division)
         if isinstance(parts, Parts):
             return parts
         if parts == row_kernels.STUCK:
@@ -147,7 +148,6 @@ def divided_rows(
     start: tuple[FloatArray, FloatArray],
     course: FloatArray,
     division: Division,
-    loads: bool,
 ) -> Parts | int:
     """The parts of rows of :func:`pymdr.line.memory.row_kernels.divide`, or why they were not divided; the state stays."""
     from pymdr.line.memory import kernels, row_kernels
@@ -155,9 +155,9 @@ def divided_rows(
     (begin, first), most = start, _PARTS + 2 * course.shape[1]
     while True:
         rows = np.zeros((most, kernels.COLUMNS))
-        notes = np.zeros((row_kernels.NOTES, 3 if loads else 0, first.shape[0]))
         states = first.copy(), first.copy(), first.copy()
-        count = row_kernels.divide(run, course, begin.copy(), states, rows, notes, meet, division)
+        count = row_kernels.divide(run, course, begin.copy(), states, rows, meet, division)
+        run.body.known[kernels.GROUPED] = 0.0  # the group of the copies
         if count >= 0:
             return Parts(rows[:count, kernels.OWNER].astype(np.int64), rows[:count, kernels.PART].copy())
         if count != row_kernels.FULL:

@@ -14,6 +14,9 @@ from pymdr.line.memory.kernels import (
     DECAY,
     DK,
     FIRM,
+    FIRST_DECAY,
+    FIRST_GAIN,
+    FIRST_MOVE,
     GREATEST_H,
     GREATEST_W,
     GROUP_DECAY,
@@ -102,6 +105,28 @@ def move_group(body: Body, change: float) -> None:
         elastic = table[j, MODULUS] * change
         table[j, GROUP_DECAY] *= table[j, DECAY]
         table[j, GROUP_GAIN] = table[j, DECAY] * table[j, GROUP_GAIN] + table[j, MEAN] * elastic
+
+
+@inner
+def note_group(body: Body) -> None:
+    """Note where a group is before a part of a row; without one, where one is when it is formed."""
+    table, known = body.table, body.known
+    formed = known[GROUPED] > 0.0
+    known[FIRST_MOVE] = known[GROUP_MOVE] if formed else 0.0
+    for j in range(body.branches):
+        table[j, FIRST_DECAY] = table[j, GROUP_DECAY] if formed else 1.0
+        table[j, FIRST_GAIN] = table[j, GROUP_GAIN] if formed else 0.0
+
+
+@inner
+def exchange_group(body: Body) -> None:
+    """Take a group to where it was noted, and note where it is."""
+    table, known = body.table, body.known
+    known[FIRST_MOVE], known[GROUP_MOVE] = known[GROUP_MOVE], known[FIRST_MOVE]
+    for j in range(body.branches):
+        decay, gain = table[j, GROUP_DECAY], table[j, GROUP_GAIN]
+        table[j, GROUP_DECAY], table[j, GROUP_GAIN] = table[j, FIRST_DECAY], table[j, FIRST_GAIN]
+        table[j, FIRST_DECAY], table[j, FIRST_GAIN] = decay, gain
 
 
 @inner

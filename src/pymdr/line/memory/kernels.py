@@ -46,7 +46,9 @@ PART_DECAY, PART_MEAN, PART_RAMP, PART_OWN, PART_CROSS, PART_MOVED = range(MOVED
 """The same over a part of a step."""
 GROUP_DECAY, GROUP_GAIN, LEAST_H, GREATEST_H, SUM_H, SUM_HH = range(PART_MOVED + 1, PART_MOVED + 7)
 """Of the branches of a group: h is FADE times the first h plus GAINED; the lowest and highest first h, sum k h, sum k h^2."""
-RATE_OF_MODE, PARTICIPATION, BACK = range(SUM_HH + 1, SUM_HH + 4)
+FIRST_DECAY, FIRST_GAIN, BENT = range(SUM_HH + 1, SUM_HH + 4)
+"""Of the branches of a group: the first two before a part of a row; how far h half-way is off the middle, per first h."""
+RATE_OF_MODE, PARTICIPATION, BACK = range(BENT + 1, BENT + 4)
 """Of the modes: the rate and the deflection of a unit amplitude; from BACK on what each mode adds to a branch."""
 (
     DURATION,
@@ -61,9 +63,11 @@ RATE_OF_MODE, PARTICIPATION, BACK = range(SUM_HH + 1, SUM_HH + 4)
     LEAST_W,
     GREATEST_W,
     GROUP_MOVE,
-) = range(12)
+    FIRST_MOVE,
+) = range(13)
 """Numbers of a body: duration of the step, stiffness of a spring; of the last spring that changed sides the dissipation, work and
-intervals tried; of a group the number of its springs, sums of k, k w, k w^2, the least and largest w when formed, and its move since."""
+intervals tried; of a group the number of its springs, sums of k, k w, k w^2, the least and largest w when formed, and its move since, now and
+before a part of a row."""
 FORCE, RATE, STORED, DISSIPATED, WORK, EDGE_DEPTH, LAST, COUNT, PARTS, INDENTATION, OWNER, PART = range(12)
 """Columns of a row; RATE is dF/dd, LAST the outermost spring in contact, COUNT the number in contact, PARTS all intervals tried. A
 history adds the indentation, the row of a part and the end of the part as a fraction of the row."""
@@ -107,7 +111,7 @@ def body_of(relaxation: Relaxation, modes: Modes | None = None) -> Body:
         table[:k, RATE_OF_MODE], table[:k, PARTICIPATION] = modes.rates, modes.participation
         table[:n, BACK : BACK + k] = modes.to_branches
         table[:k, BACK + size :] = modes.to_modes
-    known = np.zeros(GROUP_MOVE + 1)
+    known = np.zeros(FIRST_MOVE + 1)
     known[DURATION] = math.nan
     body = Body(float(relaxation.equilibrium), float(relaxation.viscosity), n, k, table, known, 0, 0)
     if modes is None:

@@ -113,7 +113,7 @@ class RelaxingContacts(WithoutShift, WithoutAdhesion, Moved):
         strength = float(mean_moduli(self.relaxation, np.array([duration]))[0]) * self._elastic
         course = np.array([[duration], [depth], [strength]])
         within = self._kernels.Division(tolerance * self._size, tolerance)
-        parts = divided_rows(self._run, self._meet, (start, springs), course, within, True)
+        parts = divided_rows(self._run, self._meet, (start, springs), course, within)
         assert isinstance(parts, Parts), "an indentation within the springs is always met"
         parts = parts.halved(times)
         time, places = parts.along(course[0], start[0]), parts.along(course[1], start[1])

@@ -11,17 +11,23 @@ from pymdr.compiling import Addressed, call, inner, merged, uncounted
 from pymdr.line.memory.groups import (
     dissolve_group,
     edge_count,
+    exchange_group,
     form_group,
     group_forces,
     is_outgrown,
     least_force,
     move_group,
+    note_group,
 )
 from pymdr.line.memory.kernels import (
+    BENT,
     COLUMNS,
     COUNT,
+    DECAY,
     DISSIPATED,
     DK,
+    FIRST_DECAY,
+    FIRST_GAIN,
     FORCE,
     GROUP_DECAY,
     GROUP_GAIN,
@@ -29,6 +35,7 @@ from pymdr.line.memory.kernels import (
     GROUPED,
     HEIGHT,
     INDENTATION,
+    MEAN,
     MODULUS,
     OUTER,
     OWNER,
@@ -56,8 +63,6 @@ which they last changed sides."""
 NOTES = 3
 CUT, WHOLE = 1.0, 0.0
 """Whether forces are integrated up to the edge. Flags are floats: kernels are compiled once more for every constant of another type."""
-LASTING, PASSING = 1.0, 0.0
-"""Whether springs may stay grouped after a row."""
 _CLOSE = 1e-13
 _NEWTON, TRIES = 100, 2400
 """Most steps of a search by Newton's method, and in all: halving the range of all numbers takes 2100."""
@@ -85,7 +90,7 @@ class Run(NamedTuple):
 
 
 class Division(NamedTuple):
-    """Tolerances by which rows are divided: of the indentation in m, 0 for whole rows, and of loads relative to the strength."""
+    """Tolerances by which rows are divided: of the indentation in m, and of loads relative to the strength, inf where they do not count."""
 
     tolerance: float
     straightness: float
@@ -126,7 +131,7 @@ def run_of(
     by_address = step.address(None, springs, body, Move(0.0, 0.0, 0.0, 0.0), (0, 0, 0.0), state, state, row)
     run = Run(springs, body, machine, limit, row, by_address, 0)
     by_target = move_to if math.isinf(machine) else solve_row
-    meet = by_target.address(MET, run, RowStart(0.0, 0.0, 0.0, 0), 0.0, state, state, 0.0)
+    meet = by_target.address(MET, run, RowStart(0.0, 0.0, 0.0, 0), 0.0, state, state)
     notes = np.zeros((NOTES, 0, 0))
     history = _follow_rows.address(0, run, state, np.zeros(4), (state, state), state, notes, meet)
     return run._replace(history=history), meet
@@ -238,14 +243,14 @@ def _move_springs(
 
 @Addressed
 def move_to(
-    run: Run, now: RowStart, depth: float, old: FloatArray, new: FloatArray, lasting: float
+    run: Run, now: RowStart, depth: float, old: FloatArray, new: FloatArray
 ) -> tuple[float, float, int, int]:
-    """Move springs straight to an indentation, grouped if `lasting` is not 0; returns what :func:`solve_row` does."""
+    """Move springs straight to an indentation; returns what :func:`solve_row` does."""
     springs, body = run.springs, run.body
     sudden = body.viscosity > 0.0 and now.duration == 0.0
     if sudden:
         dissolve_group(old, body)
-    elif body.known[GROUPED] == 0.0 and lasting != 0.0:
+    elif body.known[GROUPED] == 0.0:
         form_group(springs, _count_in_contact(int(body.known[GROUPED]), now.active, old), old, new, body)
     touched = _count_touched(springs, now.active, now.here if sudden else max(now.here, depth))
     move = straight(body.viscosity, now.here, depth, now.duration)
@@ -264,13 +269,12 @@ def move_to(
 
 @Addressed
 def solve_row(
-    run: Run, now: RowStart, target: float, old: FloatArray, new: FloatArray, lasting: float
+    run: Run, now: RowStart, target: float, old: FloatArray, new: FloatArray
 ) -> tuple[float, float, int, int]:
     """
     Move springs straight to where the target of a row is met, on a machine of finite stiffness.
 
-    Springs well within the contact move as one while all of them surely stay in it. They get their own values where they may not,
-    or at the end if `lasting` is 0.
+    Springs well within the contact move as one while all of them surely stay in it. They get their own values where they may not.
 
     Returns the indentation, where it starts, the springs touched, and those moved in the search. The indentation is inf where the
     springs end; without a force it is where the bodies part. It is nan if the search does not converge.
@@ -304,7 +308,7 @@ def solve_row(
         ends = limit <= low < math.inf and not sudden
         if grouped > 0 and (close or ends):
             # without two springs next to the group the edge is unknown
-            stays = lasting != 0.0 and (near < touched or (alone >= 2.0 and least_force(body, move) >= 0.0))
+            stays = near < touched or (alone >= 2.0 and least_force(body, move) >= 0.0)
             if stays and near == touched:
                 if close:
                     move_group(body, move.change)
@@ -341,24 +345,25 @@ def _must_halve(
     goals: tuple[float, float, bool],
     place: tuple[float, float, int],
     states: tuple[FloatArray, FloatArray, FloatArray],
-    notes: FloatArray,
     limits: tuple[float, float, float],
 ) -> bool:
     """
     Whether a part is to be halved.
 
     `goals` are the targets half-way and at the end, and whether loads count; `place` the indentation, where it starts and the
-    springs touched; `states` those before, after and half-way; `limits` the tolerance in m, the straightness of loads and the
-    strength of the row in N.
+    springs touched; `states` those before, after and half-way, of a group as noted and as it is; `limits` the tolerance in m, the
+    straightness of loads and the strength of the row in N.
     """
     middle, goal, loads = goals
     there, start, touched = place
     tolerance, straightness, strength = limits
-    slope, lift = run.row[RATE], run.machine == 0.0 and goal <= 0.0
+    body, slope, lift = run.body, run.row[RATE], run.machine == 0.0 and goal <= 0.0
     half = start if lift else 0.5 * (start + there)
-    move = straight(run.body.viscosity, start, half, 0.5 * now.duration)
-    every = int(run.body.known[GROUPED]), touched, CUT if math.isinf(run.machine) else WHOLE
-    call(run.step, None, (run.springs, run.body, move, every, states[0], states[2], run.row))
+    move = straight(body.viscosity, start, half, 0.5 * now.duration)
+    every = int(body.known[GROUPED]), touched, CUT if math.isinf(run.machine) else WHOLE
+    exchange_group(body)
+    _move_springs(run, move, every, states[0], states[2])
+    exchange_group(body)
     over = 0.0
     if lift:  # what is parted in one part bears nothing half-way
         over, slope = middle, run.row[RATE]
@@ -367,15 +372,41 @@ def _must_halve(
         slope = max(run.row[RATE], slope) + run.machine
     if over > tolerance * slope or over * abs(there - start) > _WORTH * tolerance * strength:
         return True
-    if not loads:
-        return False
-    depths, bent = (start, there, half), 0.0
-    for k in range(3):
-        _record_loads(run, depths[k], states[k], notes, k)
-    for i in range(touched):
-        load = 0.0 if lift else notes[LOAD, 2, i]
-        bent += run.springs[DK, i] * abs(load - 0.5 * (notes[LOAD, 0, i] + notes[LOAD, 1, i]))
-    return bent > straightness * strength
+    return loads and _bent_loads(run, move.change, touched, states, lift) > straightness * strength
+
+
+@inner
+def _bent_loads(
+    run: Run, change: float, touched: int, states: tuple[FloatArray, FloatArray, FloatArray], lift: bool
+) -> float:
+    """How far the loads of springs half-way through a part are off the middle of those before and after, summed in N."""
+    body, table, grouped = run.body, run.body.table, int(run.body.known[GROUPED])
+    bent, same = 0.0, 0.0
+    for j in range(body.branches):
+        gain = table[j, DECAY] * table[j, FIRST_GAIN] + table[j, MEAN] * (table[j, MODULUS] * change)
+        same += gain - 0.5 * (table[j, FIRST_GAIN] + table[j, GROUP_GAIN])
+        mean = 0.5 * (table[j, FIRST_DECAY] + table[j, GROUP_DECAY])
+        table[j, BENT] = table[j, DECAY] * table[j, FIRST_DECAY] - mean
+    for i in range(grouped):
+        load = same
+        for j in range(body.branches):
+            load += table[j, BENT] * states[0][i, BRANCHES + j]
+        bent += run.springs[DK, i] * abs(load)
+    for i in range(grouped, touched):
+        load = 0.0 if lift else _load(body, states[2], i)
+        bent += run.springs[DK, i] * abs(load - 0.5 * (_load(body, states[0], i) + _load(body, states[1], i)))
+    return float(bent)
+
+
+@inner
+def _load(body: Body, state: FloatArray, i: int) -> float:
+    """The load of a spring that is not grouped, without a parallel dashpot."""
+    if state[i, FREE] != 0.0:
+        return 0.0
+    q = body.equilibrium * state[i, W]
+    for j in range(body.branches):
+        q += state[i, BRANCHES + j]
+    return float(q)
 
 
 @merged
@@ -421,7 +452,7 @@ def _follow_rows(
             _record_loads(run, here, old, notes, r)
         goal = course[TARGET, r]
         part = RowStart(here, before, course[TIME, r] - now, active)
-        there, begin, touched, most = call(meet, MET, (run, part, goal, old, new, LASTING))
+        there, begin, touched, most = call(meet, MET, (run, part, goal, old, new))
         if math.isnan(there):
             start[0] = course[TIME, r]
             return STUCK
@@ -492,7 +523,6 @@ def divide(
     start: FloatArray,
     states: tuple[FloatArray, FloatArray, FloatArray],
     rows: FloatArray,
-    notes: FloatArray,
     meet: Any,
     division: Division,
 ) -> int:
@@ -505,12 +535,10 @@ def divide(
         Of the springs, three equal ones.
     rows : ndarray
         Takes the row of each part, and its end as a fraction of that.
-    notes : ndarray
-        Work space to compare loads, unless it is empty.
     division : Division
         A part is halved where the indentation that meets its target half-way is off the middle by more than the tolerance, or the
-        work of the difference exceeds a part of tolerance times strength; and, unless `notes` is empty, where the loads half-way
-        are off a straight line by more than the straightness times the strength.
+        work of the difference exceeds a part of tolerance times strength; and where the loads half-way are off a straight line by
+        more than the straightness times the strength.
 
     Returns
     -------
@@ -518,7 +546,8 @@ def divide(
         How many parts, or why rows were not divided.
     """
     now, here, before, target, active = start[0], start[1], start[1], start[2], int(start[3])
-    (old, new, half), loads = states, notes.shape[1] > 0
+    (old, new, half), loads = states, division.straightness < math.inf
+    body, known = run.body, run.body.known
     deepest = float(_DEEPEST)  # numbers: kernels are compiled once more for constants
     parts, moved = int(0.0), active
     for r in range(course.shape[1]):
@@ -529,26 +558,28 @@ def divide(
                 return FULL
             goal = course[TARGET, r] if done + size == 1.0 else target + rise * (done + size)
             part = RowStart(here, before, whole * size, active)
-            there, begin, touched, most = call(meet, MET, (run, part, goal, old, new, PASSING))
-            moved = max(moved, most)
+            note_group(body)
+            there, begin, touched, most = call(meet, MET, (run, part, goal, old, new))
+            moved, count = max(moved, most), int(run.row[COUNT])
             if not math.isfinite(there):
                 return ENDED if math.isinf(there) else STUCK
             halve = False
             if size > 2.0**-_DEEPEST and whole * size > _TIMED * abs(course[TIME, r]):
                 goals = target + rise * (done + 0.5 * size), goal, loads and size > _SUDDEN
                 limits = division.tolerance, division.straightness, course[STRENGTH, r]
-                halve = _must_halve(
-                    run, part, goals, (there, begin, touched), (old, new, half), notes, limits
-                )
+                halve = _must_halve(run, part, goals, (there, begin, touched), (old, new, half), limits)
             tried = size
             size, long, short = _next_size(halve, done == 0.0, size, (long, short))
             if size != tried:
+                exchange_group(body)  # where one was dissolved, this changes nothing
                 continue
             before, here, active = begin, there, touched
             old, new = new, old
             for i in range(active, moved):
                 copy_spring(old, new, i)
-            moved = active
+            moved, grouped = active, int(known[GROUPED])
+            if grouped > 0 and is_outgrown(grouped, count):
+                dissolve_group(old, body)
             done += size
             rows[parts, OWNER], rows[parts, PART] = r, done
             parts += 1

@@ -222,10 +222,12 @@ def relaxed(relaxation: Relaxation, time: FloatArray, moved: FloatArray) -> Floa
 
 
 def _recursed(decay: FloatArray, added: FloatArray) -> FloatArray:
-    """Values v_i = decay_i v_(i-1) + added_i from 0 on, shape (m + 1, n)."""
+    """Values v_i = decay_i v_(i-1) + added_i from 0 on, shape (m + 1, n): those of every other row from pairs of rows."""
     values = np.zeros((decay.shape[0] + 1, decay.shape[1]))
-    for i in range(decay.shape[0]):
-        values[i + 1] = decay[i] * values[i] + added[i]
+    if decay.shape[0] > 1:
+        first, second = decay[:-1:2], decay[1::2]
+        values[2::2] = _recursed(second * first, second * added[:-1:2] + added[1::2])[1:]
+    values[1::2] = decay[::2] * values[:-1:2] + added[::2]
     return values
 
 
