@@ -238,7 +238,7 @@ def test_orders_of_convergence():
         return x**2, x**3 / 3.0
 
     relaxation = mdr.relaxation_of(RUBBER)
-    setting = ZoneSetting(relaxation, relaxation.rubbery, 2.0, 1.0, profile, 2.5)
+    setting = ZoneSetting(relaxation, math.pi * relaxation.rubbery / 16.0, 2.0, 1.0, profile, 2.5)
     times = np.array([0.0, 2.0, 1e3, *(1e3 + np.linspace(2.0, 40.0, 20))])
     depths = np.array([-1.0, 1.0, 1.0, *(1.0 - 0.1 * np.linspace(2.0, 40.0, 20))])
     forces = []
@@ -331,6 +331,22 @@ def test_claims_hold_beside_eight_times_shorter_steps(monkeypatch, seed):
             size = np.maximum.accumulate(energies)
         claimed = solved.claims[name].error
         assert np.all(np.abs(value - true) <= claimed * size + 1e-12 * size.max()), name
+
+
+def test_a_cone_claims_the_error_to_which_its_steps_are_solved(monkeypatch):
+    """Where all levels agree by chance, they share that error."""
+    from pymdr.solving import soft
+
+    series = mdr.Prony(25286.93, [11556.41, 57907.05], [0.1673097, 0.2699972])
+    law = mdr.MaugisDugdale(1.970963e-05, range=5.957954e-08)
+    cone = mdr.Contact(mdr.Cone(slope=0.4943502), mdr.Viscoelastic(series, poisson=0.06148619), adhesion=law)
+    path = mdr.travel("23.11409 nm", steps=32, duration="1.599522 ms")
+    solved = mdr.solve(cone, path, machine_stiffness=1.794244)
+    monkeypatch.setattr(soft, "FINE", soft.zone_level(0.25))
+    finer = mdr.solve(cone, path, machine_stiffness=1.794244)
+    for name in ("normal_force", "indentation", "contact_radius", "cohesive_radius"):
+        value, true = solved[name].values, finer[name].values
+        assert np.all(np.abs(value - true) <= solved.claims[name].error * np.abs(value)), name
 
 
 def drawn_retreat(seed):
@@ -600,6 +616,31 @@ def test_bodies_that_flow_agree_with_elements_on_rings(shear, separates, toleran
     total = np.trapezoid(2.0 * math.pi * r * pressure.values, r)
     assert total == pytest.approx(force[40], abs=1e-3 * np.max(np.abs(force)))
     assert next(one for one in line.assumptions if one.name == "energy balance").measure < 1e-3
+
+
+def slow_test_of_a_liquid(extent, tolerance=None):
+    """Over 175 s, by the range of the attraction."""
+    body = mdr.Viscoelastic(mdr.Maxwell("10 kPa", "1 s"), poisson=0.5)
+    liquid = mdr.Contact(mdr.Paraboloid("1 mm"), body, adhesion=mdr.MaugisDugdale("50 mJ/m^2", range=extent))
+    press = mdr.indent("20 um", steps=20, rate="1 um/s") >> mdr.hold("5 s")
+    return mdr.solve(liquid, press >> mdr.indent("-150 um", steps=60, rate="1 um/s"), tolerance=tolerance)
+
+
+def test_a_long_slow_test_of_a_liquid_has_nodes_for_its_own_zones():
+    """Which are longer than that at rest at the end of the path, of a smaller contact."""
+    solved, finer = slow_test_of_a_liquid("5 um"), slow_test_of_a_liquid("5 um", 1e-3)
+    for name in ("normal_force", "contact_radius", "cohesive_radius"):
+        value, true, error = solved[name].values, finer[name].values, solved.claims[name].error
+        allowed = error * np.abs(value) + finer.claims[name].error * np.abs(true)
+        assert np.all((np.abs(value - true) <= allowed)[error < 1.0]), name
+        assert np.median(error * np.abs(value)) < 1e-3 * np.abs(value).max()
+
+
+def test_a_range_too_short_for_a_liquid_is_refused_with_one_that_is_not():
+    with pytest.raises(ProblemError, match="give a range of attraction of at least") as refused:
+        slow_test_of_a_liquid("1 um")
+    least = re.search(r"at least ([\d.]+ µm)", str(refused.value)).group(1)
+    assert slow_test_of_a_liquid(least).status is mdr.Status.ATTACHED
 
 
 def test_a_zone_on_a_power_of_time_vanishes_in_few_steps():

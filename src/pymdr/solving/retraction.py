@@ -23,7 +23,7 @@ from pymdr.solving.batch import Request, solutions
 from pymdr.solving.memory import powers_of, refuse_rigid, relaxation_along, times_along
 from pymdr.solving.pulloff import start_of_retraction
 from pymdr.solving.verb import read_stiffness, solve
-from pymdr.solving.zones import short_springs, zone_relaxation, zone_setting
+from pymdr.solving.zones import short_springs, with_measured_zone, zone_relaxation, zone_setting
 from pymdr.units import FloatArray, QuantityLike, shown, to_si, written
 
 ROWS, _FINE = 240, 48
@@ -195,7 +195,7 @@ def _retreat(
         span = (0.0, math.inf) if modulus > 0.0 else times_along(approach.whole(test, _even(length)))
         key = test._replace(speed=0.0 if modulus > 0.0 else test.speed), span
         if key not in rested:
-            rested[key] = _springs_at_rest(contact, approach, test, stiffness, span)
+            rested[key] = _springs_at_rest(contact, approach, test, stiffness, span, length)
         (end, _), (time, travel) = approach.away(test, np.zeros(1)), approach.away(test, _even(length))
         follow = deepcopy(rested[key]).follow
         rows = follow(np.append(end, time), np.append(approach.top, travel), stiffness)
@@ -208,21 +208,36 @@ def _retreat(
 
 
 def _springs_at_rest(
-    contact: Contact, approach: _Approach, test: TackTest, stiffness: float, span: tuple[float, float]
+    contact: Contact,
+    approach: _Approach,
+    test: TackTest,
+    stiffness: float,
+    span: tuple[float, float],
+    length: float,
 ) -> ShortSprings | ZoneSprings:
-    """The springs after approach and dwell, for a shortest and longest time in s."""
+    """The springs after approach and dwell, for a shortest and longest time in s; of bodies that flow, for the zones up to a retraction to a length in m."""
+    rest = approach.away(test, np.zeros(1))
+
+    def press(springs: ShortSprings | ZoneSprings) -> dict[str, FloatArray]:
+        time, travel = np.append(approach.rows, rest, axis=1)
+        return springs.follow(np.append(time[0], time), np.append(travel[0], travel), stiffness)
+
+    def follow(springs: ZoneSprings) -> dict[str, FloatArray]:
+        pressed, (time, travel) = press(springs), np.append(rest, approach.away(test, _even(length)), axis=1)
+        retracted = springs.follow(time, travel, stiffness)
+        return {name: np.append(pressed[name], rows) for name, rows in retracted.items()}
+
     springs: ShortSprings | ZoneSprings
     if contact.is_cohesive:
         relaxation = zone_relaxation(contact, span)
         targets = {stiffness: max(approach.top, 0.0)}
         setting = zone_setting(contact, relaxation, targets, span[1], verb="pull_off")
+        if math.isfinite(span[1]):
+            setting = with_measured_zone(setting, follow)
         springs = ZoneSprings(setting, FINE)
     else:
         springs = short_springs(contact, relaxation_along(contact, approach.path), "pull_off")
-    time, travel = approach.rows
-    springs.follow(np.append(time[0], time), np.append(travel[0], travel), stiffness)
-    if test.dwell > 0.0:
-        springs.follow(time[-1] + np.array([0.0, test.dwell]), np.full(2, approach.top), stiffness)
+    press(springs)
     return springs
 
 

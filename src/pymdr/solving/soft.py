@@ -44,7 +44,7 @@ from pymdr.solving.walk import (
     walk,
     with_travel,
 )
-from pymdr.solving.zones import zone_relaxation, zone_setting
+from pymdr.solving.zones import with_measured_zone, zone_relaxation, zone_setting
 from pymdr.units import FloatArray, metres, newtons
 
 _CONTROL = {"indentation": math.inf, "normal_force": 0.0}
@@ -77,6 +77,8 @@ _COMPARED = (
 )
 
 
+_SHARED = 1e-7
+"""Relative error that all levels have alike: that to which a step is solved."""
 _OF_INSTANT = 3.0
 """Error of the instant of a jump over its difference from those of two coarser levels, since values are singular before it."""
 _OF_ROWS = "work", "jump_dissipation"
@@ -236,7 +238,7 @@ def _relaxation(task: Task, time: FloatArray | None, level: ZoneLevel) -> Relaxa
 
 
 def _setting(task: Task, time: FloatArray | None = None) -> ZoneSetting:
-    """The springs, and the largest zone, of the softest contact at the largest target of the path."""
+    """The springs, for the zones of the softest contact at the largest target of the path, or for those of the path where they are far longer."""
     relaxation = _relaxation(task, time, FINE)
     longest = math.inf if relaxation.rubbery > 0.0 else memory.times_along(task.path, time)[1]
     largest: dict[float, float] = {}
@@ -244,7 +246,9 @@ def _setting(task: Task, time: FloatArray | None = None) -> ZoneSetting:
         target = np.ravel(np.asarray(getattr(leg.leg, leg.controls.normal, 0.0), dtype=float))
         k = _CONTROL.get(leg.controls.normal, task.machine_stiffness or math.inf)
         largest[k] = max(float(np.max(target, initial=0.0)), largest.get(k, 0.0))
-    return zone_setting(task.contact, relaxation, largest, longest)
+    setting = zone_setting(task.contact, relaxation, largest, longest)
+    silent, step = replace(task, progress=None), partial(_step, task.machine_stiffness)
+    return with_measured_zone(setting, lambda springs: walk(silent, (springs,), step).rows.fine)
 
 
 def _step(
@@ -254,10 +258,11 @@ def _step(
     kept: np.ndarray | None,
     progress: LegProgress | None,
 ) -> tuple[ZoneRows, tuple[ZoneSprings, ...], Channels]:
-    """Step 2: springs and zone, and fewer nodes and longer steps for the error."""
+    """Step 2: springs and zone, and fewer nodes and longer steps for the error, or one level for all."""
     assert kept is None
     time, control, k = controls_of(stretch, stiffness, levels[0].free)
-    fine, coarse, rough = (one.follow(time, control, k) for one in levels)
+    each = [one.follow(time, control, k) for one in levels]
+    fine, coarse, rough = each * (3 // len(each))
     free = fine["cohesive_radius"] == 0.0
     for rows in (fine, coarse, rough):
         if math.isinf(k):
@@ -420,8 +425,9 @@ def _parted_differently(rows: ZoneRows) -> np.ndarray:
 
 def _error_of(rows: ZoneRows, name: str) -> FloatArray:
     """Relative errors of a column; later rows do not inherit the difference of those in which only some of the levels are attached."""
-    difference = np.where(_parted_differently(rows), 0.0, _difference(rows, name))
-    error: FloatArray = memory.error_of(rows.fine[name], rows.fine[name] + difference)
+    value = rows.fine[name]
+    difference = np.where(_parted_differently(rows), 0.0, _difference(rows, name) + _SHARED * np.abs(value))
+    error: FloatArray = memory.error_of(value, value + difference)
     return error
 
 

@@ -13,7 +13,7 @@ from pymdr.errors import ConvergenceError, ProblemError
 from pymdr.interpretation.theories import equilibria_of
 from pymdr.line.curves import ElasticLine
 from pymdr.line.soft.small_zone import ShortSprings, SmallZone
-from pymdr.line.soft.springs import FINE, ZoneLevel, ZoneSetting
+from pymdr.line.soft.springs import FINE, ROUGH, ZoneLevel, ZoneSetting, ZoneSprings
 from pymdr.mapping.relaxation import Relaxation, relaxation_of
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import JKR
@@ -26,6 +26,9 @@ from pymdr.units import FloatArray, metres
 _GROWTH = 1.1
 _LONGEST = 0.2
 """Largest length of a short zone at rest over the contact radius."""
+_MANY, _NODES_OF_PROBE, _LEAST_NODES, _SHORTENED = 40_000, (20_000, 150_000), 2.0, 0.5
+"""Number of nodes above which zones are measured by a rough solution; its nodes, first and at most, those in the shortest zone, and the part of that zone for
+which springs are made, since it is measured in rows only."""
 _FIRST, _ERROR = 0.25, 1e-4
 """Shortest time of the series of a power of time over the shortest step of a path, since an edge passes its zone fast; and error of the series."""
 
@@ -100,7 +103,40 @@ def zone_setting(
     equilibria_of(law, contact.profile, line.line, max(stops))
     widest = float(np.max(line.equilibria.states(np.array(stops)).cohesive_radius))
     refuse_edge(line, _GROWTH * 1.2 * widest, verb)
-    return ZoneSetting(relaxation, softest, law.cohesive_stress, law.work, springs_of(line), _GROWTH * widest)
+    # of a contact that is long compared with it (Maugis 1992)
+    shortest = math.pi * law.work * softest / (4.0 * law.cohesive_stress**2)
+    return ZoneSetting(
+        relaxation, shortest, law.cohesive_stress, law.work, springs_of(line), _GROWTH * widest
+    )
+
+
+def with_measured_zone(
+    setting: ZoneSetting, follow: Callable[[ZoneSprings], Mapping[str, FloatArray]]
+) -> ZoneSetting:
+    """
+    A setting with the shortest zone of a path, where the zone of the softest contact at rest needs many nodes.
+
+    Moving zones are longer, and contacts need not reach their size at rest.
+
+    Parameters
+    ----------
+    follow : callable
+        The rows of springs along the path.
+    """
+    if setting.nodes <= _MANY:
+        return setting
+    for most in _NODES_OF_PROBE:
+        level = ROUGH._replace(spacing=max(ROUGH.spacing, setting.nodes / most), most=math.inf)
+        try:
+            rows = follow(ZoneSprings(setting, level))
+        except ConvergenceError:  # too few nodes
+            continue
+        a, c = rows["contact_radius"], rows["cohesive_radius"]
+        zone = float(np.min((c - a)[c > 0.0], initial=math.inf))
+        if _LEAST_NODES * setting.spacing(level) < zone < math.inf:
+            shortest, widest = max(_SHORTENED * zone, setting.shortest_zone), _GROWTH * float(c.max())
+            return replace(setting, shortest_zone=shortest, widest=min(widest, setting.widest))
+    return setting
 
 
 def short_springs(contact: Contact, relaxation: Relaxation, verb: str = "solve") -> ShortSprings:

@@ -15,7 +15,8 @@ from pymdr.units import FloatArray, metres
 
 _IN_ZONE, _IN_CONTACT = 24.0, 1000.0
 """Nodes in the shortest zone, and nodes within the largest."""
-_BEYOND = 1.05
+_BEYOND, _MORE = 1.05, 1.05
+"""End of the springs over the largest radius, and margin of a range that is recommended: the length of a zone is about the square of the range."""
 _SPARE = 8
 _DRAWN, _NEAR = 2000, 200
 """Nodes from which fields are computed, and all these next to both edges."""
@@ -32,7 +33,7 @@ class ZoneLevel(NamedTuple):
     """Largest move of an edge in a step over the length of the zone."""
     missed: float
     """Largest error of its prediction over that length."""
-    most: int = 150_000
+    most: float = 150_000.0
     """Largest number of the finest nodes."""
 
 
@@ -43,7 +44,7 @@ def zone_level(spacing: float) -> ZoneLevel:
 
 FINE, COARSE, ROUGH = map(zone_level, (1.0, 2.0, 4.0))
 """`ROUGH` is for guesses and errors: five times faster than `FINE`, with errors of the force of up to 1e-3 of the largest."""
-HASTY = ROUGH._replace(most=30_000)
+HASTY = ROUGH._replace(most=30_000.0)
 """For one of many guesses: short zones, which would take seconds, are refused."""
 
 
@@ -55,8 +56,8 @@ class ZoneSetting:
     ----------
     relaxation : Relaxation
         E*(t) [Pa], without a parallel dashpot.
-    softest : float
-        The equilibrium modulus [Pa], or the inverse of the creep at the end of the path if the body flows.
+    shortest_zone : float
+        Length of the shortest zone [m].
     strength, work : float
         Cohesive stress [Pa] and work of adhesion [J/m²].
     profile : callable
@@ -66,29 +67,27 @@ class ZoneSetting:
     """
 
     relaxation: Relaxation
-    softest: float
+    shortest_zone: float
     strength: float
     work: float
     profile: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
     widest: float
 
     @property
-    def shortest_zone(self) -> float:
-        """Length of the zone of the softest contact that is long compared with it, π γ E / 4 σ² [m] (Maugis 1992)."""
-        return math.pi * self.work * self.softest / (4.0 * self.strength**2)
+    def nodes(self) -> float:
+        """Number of the finest nodes."""
+        return max(_IN_ZONE * self.widest / self.shortest_zone, _IN_CONTACT)
 
     def spacing(self, level: ZoneLevel) -> float:
         """Spacing of the nodes [m]."""
-        h = min(self.shortest_zone / _IN_ZONE, self.widest / _IN_CONTACT)
-        if self.widest / h > level.most:
-            least = self.work / math.sqrt(
-                math.pi * self.work * self.softest * level.most / (4.0 * _IN_ZONE * self.widest)
-            )
+        if self.nodes > level.most:
+            # zones are about as long as the square of their range, on contacts that change with it
+            least = _MORE * self.work / self.strength * math.sqrt(self.nodes / level.most)
             raise ProblemError(
                 f"the cohesive zone, {metres(self.shortest_zone)} long, is too short for a contact of {metres(self.widest)}; give a range of "
                 f"attraction of at least {metres(least)} (now {metres(self.work / self.strength)})"
             )
-        return level.spacing * h
+        return level.spacing * self.widest / self.nodes
 
 
 @dataclass(frozen=True)
