@@ -219,11 +219,12 @@ def _springs_at_rest(
     rest = approach.away(test, np.zeros(1))
 
     def press(springs: ShortSprings | ZoneSprings) -> dict[str, FloatArray]:
-        time, travel = np.append(approach.rows, rest, axis=1)
+        time, travel = np.hstack([np.stack(approach.rows), np.stack(rest)])
         return springs.follow(np.append(time[0], time), np.append(travel[0], travel), stiffness)
 
     def follow(springs: ZoneSprings) -> dict[str, FloatArray]:
-        pressed, (time, travel) = press(springs), np.append(rest, approach.away(test, _even(length)), axis=1)
+        pressed = press(springs)
+        time, travel = np.hstack([np.stack(rest), np.stack(approach.away(test, _even(length)))])
         retracted = springs.follow(time, travel, stiffness)
         return {name: np.append(pressed[name], rows) for name, rows in retracted.items()}
 

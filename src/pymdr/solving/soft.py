@@ -247,8 +247,12 @@ def _setting(task: Task, time: FloatArray | None = None) -> ZoneSetting:
         k = _CONTROL.get(leg.controls.normal, task.machine_stiffness or math.inf)
         largest[k] = max(float(np.max(target, initial=0.0)), largest.get(k, 0.0))
     setting = zone_setting(task.contact, relaxation, largest, longest)
-    silent, step = replace(task, progress=None), partial(_step, task.machine_stiffness)
-    return with_measured_zone(setting, lambda springs: walk(silent, (springs,), step).rows.fine)
+
+    def follow(springs: ZoneSprings) -> Mapping[str, FloatArray]:
+        levels: tuple[ZoneSprings, ...] = (springs,)
+        return walk(replace(task, progress=None), levels, partial(_step, task.machine_stiffness)).rows.fine
+
+    return with_measured_zone(setting, follow)
 
 
 def _step(
