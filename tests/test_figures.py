@@ -331,3 +331,26 @@ def test_labels_of_all_parameters_are_words():
         words = [parameter_label(name) for name in names]
         assert len(set(words)) == len(names)
         assert not any(set("._[]") & set(label) for label in words)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "labels"),
+    [
+        (2.0, 20.0, {"2", "5", "10", "20"}),
+        (20.0, 40.0, {"20", "30", "40"}),
+        (3.0, 150.0, {"5", "10", "20", "50", "100"}),
+        (1.0, 1e4, None),
+        (1e-6, 1e-5, None),
+    ],
+)
+def test_short_logarithmic_axes_have_plain_numbers(low, high, labels):
+    with new_figure(4.0, 3.0) as figure:
+        axes = figure.subplots()
+        axes.semilogx([low, high], [0.0, 1.0])
+    figure.canvas.draw()
+    inside = [label.get_text() for label in axes.get_xticklabels() if low <= label.get_position()[0] <= high]
+    if labels is None:
+        assert all("10^" in text for text in inside)
+    else:
+        assert set(inside) == labels
+        assert not any(label.get_text() for label in axes.get_xticklabels(minor=True))

@@ -130,8 +130,26 @@ def new_figure(width: float, height: float, *, letters: bool = True) -> Iterator
         figure = Drawing(figsize=(width, height), layout="constrained")
         FigureCanvasAgg(figure)  # remembers what it measured of formulas
         yield figure
+        _write_short_decades(figure)
         if letters:
             letter_panels(figure)
+
+
+def _write_short_decades(figure: Figure) -> None:
+    """Plain numbers, such as 20, at logarithmic axes of less than two decades, which matplotlib writes as 2 times a power."""
+    from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
+
+    for axes in figure.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            low, high = sorted(axis.get_view_interval())
+            if axis.get_scale() != "log" or not 1e-3 <= low < high < min(1e5, 100.0 * low):
+                continue
+            is_wide = high > 10.0 * low
+            axis.set_major_locator(
+                LogLocator(subs=(1.0, 2.0, 5.0)) if is_wide else MaxNLocator(4, steps=[1, 2, 5, 10])
+            )
+            axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+            axis.set_minor_formatter(NullFormatter())
 
 
 def thinned(values: FloatArray, most: int = MOST) -> IntArray:

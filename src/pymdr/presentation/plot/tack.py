@@ -68,6 +68,7 @@ def _draw_tests(axes: draw.Axes, speeds: FloatArray, tests: Sequence[xr.Dataset]
 def _draw(axes: draw.Axes, data: xr.Dataset, name: str, along: str, other: str) -> None:
     """A quantity over the speed or the dwell, one curve for every value of the other."""
     pulls = name == "largest_pull"
+    data = data.sortby(along)
     values = (-data[name] if pulls else data[name]).transpose(other, along).values
     x = data[along].values
     x_unit, unit = good_unit(x, "m/s" if along == "speed" else "s"), good_unit(values, data[name].units)
