@@ -12,7 +12,7 @@ from common import STEEL
 from drawing import examples
 from pymdr.independent.sliding.surface import make_surface
 from pymdr.mapping.moduli import surface_compliances
-from pymdr.problem.codec import case_schema, decode_case, encode, encode_case
+from pymdr.problem.codec import case_schema, decode_case, encode, encode_case, tables
 
 BALL = mdr.Sphere("10 mm")
 ZINC = mdr.TransverselyIsotropic(c11="161 GPa", c33="61 GPa", c13="50.1 GPa", c44="38.3 GPa", c66="63.4 GPa")
@@ -306,3 +306,27 @@ def test_the_cells_of_isotropic_bodies_in_the_other_words():
         np.testing.assert_allclose(one, two, rtol=1e-10, atol=1e-14 * np.abs(two).max())
     with pytest.raises(mdr.ProblemError, match=r"graded \(exponent 0\.5\)"):
         make_surface(1.0, 8, SOIL, mdr.Rigid())
+
+
+ISOTROPIC = {"c11": 1.5e9, "c33": 1.5e9, "c13": 0.5e9, "c44": 0.5e9, "c66": 0.5e9}
+"""Of 1.25 GPa and 0.25."""
+LIKE_ONE_HALF_SPACE = {
+    "elastic": mdr.Elastic("1.25 GPa", 0.25),
+    "transversely_isotropic": mdr.TransverselyIsotropic(**ISOTROPIC),
+    "graded": mdr.Graded("1.25 GPa", depth="1 m", exponent=1e-9, poisson=0.25),
+    "viscoelastic": mdr.Viscoelastic(mdr.StandardSolid("0.5 GPa", "2 GPa", "1 s"), poisson=0.25),
+    "layered": mdr.Layered(
+        [mdr.Layer(mdr.Elastic("1.25 GPa", 0.25), "1 um")], base=mdr.Elastic("1.25 GPa", 0.25)
+    ),
+    "elastic_plastic": mdr.ElasticPlastic("1.25 GPa", 0.25, "100 GPa"),
+}
+"""Every kind of body with the constants of one half-space."""
+
+
+def test_every_body_of_the_package_has_the_limit_of_hertz():
+    own = {kind for kind, cls in tables.MATERIALS.items() if cls.__module__.startswith("pymdr.")}
+    assert LIKE_ONE_HALF_SPACE.keys() == own - {"rigid"}, "a new kind of body needs an entry here"
+    force = 4.0 / 3.0 * 1.25e9 / (1.0 - 0.25**2) * math.sqrt(1e-2) * 1e-9
+    for kind, body in LIKE_ONE_HALF_SPACE.items():
+        result = mdr.solve(mdr.Contact(mdr.Paraboloid("10 mm"), body), mdr.indent("1 um", duration=1e9))
+        assert float(result["normal_force"][-1]) == pytest.approx(force, rel=2e-8), kind

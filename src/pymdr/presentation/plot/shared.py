@@ -125,7 +125,7 @@ def new_figure(width: float, height: float, *, letters: bool = True) -> Iterator
 
     from pymdr.presentation.plot.drawing import Drawing
 
-    style = mpl.rc_params_from_file(files("pymdr") / "figures.mplstyle", use_default_template=False)
+    style = mpl.rc_params_from_file(str(files("pymdr") / "figures.mplstyle"), use_default_template=False)
     with mpl.rc_context(style):
         figure = Drawing(figsize=(width, height), layout="constrained")
         FigureCanvasAgg(figure)  # remembers what it measured of formulas
