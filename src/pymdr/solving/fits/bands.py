@@ -15,6 +15,8 @@ from pymdr.units import FloatArray
 _MODES, _SINGLE, _RATIO = 100, 12, 1.2
 """Modes from which the spectrum is determined: forces that vary smoothly along a record lie in them. The first ones count singly,
 others in bands of this ratio of frequencies."""
+_IN_CACHE = 2**16
+"""Number of values that are transformed together: more do not stay in the cache."""
 _INDISTINCT = 1e-12
 """Eigenvalue of the Gram matrix of normalised tangents, relative to the largest, below which a direction is left out."""
 _EXPLAINED, _FLAT, _ABOVE_FLOOR = 0.7, 0.5, 4.0
@@ -56,9 +58,10 @@ def orthonormal(tangents: FloatArray) -> tuple[FloatArray, FloatArray]:
     coefficients : ndarray, shape (records, p, p)
         C with basis = C' tangents; the covariance of the free numbers is C H C' with that of the basis, H.
     """
-    norm = np.sqrt(np.einsum("mpn,mpn->mp", tangents, tangents))
+    gram = tangents @ np.swapaxes(tangents, 1, 2)
+    norm = np.sqrt(np.einsum("mpp->mp", gram))
     size = np.where(norm > 0.0, norm, 1.0)
-    gram = (tangents @ np.swapaxes(tangents, 1, 2)) / (size[:, :, None] * size[:, None, :])
+    gram = gram / (size[:, :, None] * size[:, None, :])
     values, vectors = np.linalg.eigh(gram)
     distinct = values > _INDISTINCT * values[:, -1:]
     root = np.where(distinct, 1.0 / np.sqrt(np.where(distinct, values, 1.0)), 0.0)
@@ -74,33 +77,32 @@ def bands_of(
     ratio: float = _RATIO,
 ) -> Bands:
     """Sums of products in bands of frequencies; see :func:`noise_spectra`."""
-    samples = residuals.shape[1]
-    columns = np.concatenate([tangents, residuals[:, None, :]], axis=1)
-    cuts = np.cumsum(lengths)[:-1] if len(lengths) > 1 else np.zeros(0, dtype=int)
-    segments = np.split(columns, cuts, axis=2)
-    transformed = np.concatenate([dct(segment, axis=2, norm="ortho") for segment in segments], axis=2)
-    omega = np.concatenate([math.pi * np.arange(segment.shape[2]) / segment.shape[2] for segment in segments])
-    if len(segments) > 1:
-        order = np.argsort(omega, kind="stable")
-        transformed, omega = transformed[:, :, order], omega[order]
+    records, samples, p = *residuals.shape, tangents.shape[1]
+    parts = list(lengths) if len(lengths) > 1 else [samples]
+    omega = np.concatenate([math.pi * np.arange(part) / part for part in parts])
+    order = np.argsort(omega, kind="stable") if len(parts) > 1 else slice(None)
     low = min(modes, samples)
     edges = _edges(low, samples, ratio)
-    counts, p = np.diff(np.append(edges, samples)).astype(float), tangents.shape[1]
-    products = np.empty((len(residuals), edges.size, p, p))
-    mixed, last = np.empty((len(residuals), edges.size, p)), transformed[:, p]
-    for i in range(p):
-        mixed[:, :, i] = np.add.reduceat(transformed[:, i] * last, edges, axis=1)
-        for j in range(i + 1):
-            product = np.add.reduceat(transformed[:, i] * transformed[:, j], edges, axis=1)
-            products[:, :, i, j] = products[:, :, j, i] = product
+    counts = np.diff(np.append(edges, samples)).astype(float)
+    products = np.empty((records, edges.size, p + 1, p + 1))
+    together = max(_IN_CACHE // (samples * (p + 1)), 1)
+    for first in range(0, records, together):
+        rows = slice(first, first + together)
+        columns = np.concatenate([tangents[rows], residuals[rows, None]], axis=1)
+        segments = np.split(columns, np.cumsum(parts)[:-1], axis=2)
+        columns = np.concatenate([dct(segment, axis=2, norm="ortho") for segment in segments], axis=2)
+        columns = columns[:, :, order]
+        for i in range(p + 1):
+            sums = np.add.reduceat(columns[:, i:] * columns[:, i : i + 1], edges, axis=2)
+            products[rows, :, i:, i] = products[rows, :, i, i:] = np.swapaxes(sums, 1, 2)
     return Bands(
         counts,
-        np.add.reduceat(4.0 * np.sin(0.5 * omega) ** 2, edges) / counts,
-        products,
-        mixed,
-        np.add.reduceat(last * last, edges, axis=1),
+        np.add.reduceat(4.0 * np.sin(0.5 * omega[order]) ** 2, edges) / counts,
+        products[:, :, :p, :p].copy(),
+        products[:, :, :p, p].copy(),
+        products[:, :, p, p].copy(),
         int(np.searchsorted(edges, low)),
-        np.einsum("mbii->m", products),
+        np.einsum("mbii->m", products[:, :, :p, :p]),
     )
 
 

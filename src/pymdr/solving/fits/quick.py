@@ -117,10 +117,9 @@ def _fit_ranges(
             fits.ended[chosen] = REFUSED
             refusals.add(str(error))
             continue
-        own = fits.of(chosen)
         curves = Batch(stretch.place[chosen], stretch.force[chosen], stretch.softness[chosen])
-        fit_curves(curves, wanted, table_of(family), own, engine)
-        fits.put(chosen, own)
+        with fits.kept(chosen) as own:
+            fit_curves(curves, wanted, table_of(family), own, engine)
         end = family.end(fits.numbers[chosen, SHAPE])
         depths = fits.numbers[:, _DEPTH]
         beyond = chosen[(fits.ended[chosen] == FITTED) & (depths[chosen] > end)]

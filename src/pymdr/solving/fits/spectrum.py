@@ -21,7 +21,7 @@ WHITE_PRIOR = 0.2
 """Probability of white noise without data: the 95 % bound by 14 baselines of eight measured files, of which none is white."""
 _ADEQUATE = 0.05
 """Probability of white noise from which on the first grid is fine enough: the likelihood is broad there."""
-_FRACTIONS = 400
+_MOST_FRACTIONS = 400
 _OUTSIDE, _STEPS_OF_QUANTILE, _CLOSE = 0.05, 100, 1e-9
 """Probability outside of an interval, largest number of steps to its end, and the last one, relative."""
 NORMAL_95 = 1.959963984540054
@@ -158,7 +158,7 @@ def white_priors(white: FloatArray, expected: float = WHITE_PRIOR) -> FloatArray
     """
     if white.size == 1:
         return np.full(1, expected)
-    nodes, nodal_weights = np.polynomial.legendre.leggauss(_FRACTIONS)
+    nodes, nodal_weights = np.polynomial.legendre.leggauss(min(white.size // 2 + 5, _MOST_FRACTIONS))
     fraction = 0.5 * (1.0 + nodes)
     own = np.log(np.outer(white, fraction) + np.outer(1.0 - white, 1.0 - fraction))
     # products of the records are polynomials of the fraction, whose integrals the rule gives to rounding

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +16,7 @@ from pymdr.solving.fits.kernels.descent import (
     ITERATIONS,
     ROUGHLY,
     Ends,
+    Limits,
     Wanted,
     descend_all,
     tangents_all,
@@ -38,8 +41,10 @@ from pymdr.units import FloatArray
 
 _POLISH, _GAIN, _MANY = 100, 1e-6, 8
 """Steps of the last search, its gain relative to the sum of squares times the samples, and samples per start sample."""
+_NEAR = 1e-5
+"""Damping of the first step from the end of a search over means."""
 _TOGETHER = 256
-"""Number of curves whose tangents are computed together, because of memory."""
+"""Number of curves that share the probability of white noise."""
 _ROUNDED = 1e-14
 """Rounding error of a constant record, relative to its largest force."""
 _CROSSINGS = 4
@@ -84,6 +89,14 @@ class CurveFits(NamedTuple):
         for column, other in zip(columns, some, strict=True):
             column[rows] = other
 
+    @contextmanager
+    def kept(self, rows: IndexArray) -> Iterator[CurveFits]:
+        """Some rows in their order, which are written back."""
+        own = self if rows.size == len(self.ended) else self.of(rows)
+        yield own
+        if own is not self:
+            self.put(rows, own)
+
 
 class _Search(NamedTuple):
     """The common part of the search of all curves."""
@@ -93,7 +106,7 @@ class _Search(NamedTuple):
     engine: Engine
 
     def from_places(
-        self, batch: Batch, starts: FloatArray, limits: tuple[int, float], used: BoolArray | None = None
+        self, batch: Batch, starts: FloatArray, limits: Limits, used: BoolArray | None = None
     ) -> Ends:
         """Descents along all free numbers."""
         used = np.ones(batch.place.shape, dtype=np.bool_) if used is None else used
@@ -102,7 +115,7 @@ class _Search(NamedTuple):
     def at_shape(self, batch: Batch, starts: FloatArray, enough: float) -> Ends:
         """Descents with a fixed number of the family."""
         used, directions = np.ones(batch.place.shape, dtype=np.bool_), without_shape(self.wanted.directions)
-        return self.engine.descents(batch, directions, self.family, starts, used, (ITERATIONS, enough))
+        return self.engine.descents(batch, directions, self.family, starts, used, Limits(ITERATIONS, enough))
 
     @property
     def last(self) -> float:
@@ -116,8 +129,22 @@ class _Search(NamedTuple):
 
 
 def _of(batch: Batch, curves: IndexArray) -> Batch:
-    """Some of the curves."""
+    """Some of the curves, in their order."""
+    if curves.size == len(batch.place):
+        return batch
     return Batch(batch.place[curves], batch.force[curves], batch.softness[curves])
+
+
+def _few(batch: Batch, stride: int) -> Batch:
+    """Samples of all curves at a distance."""
+    return batch._replace(place=batch.place[:, ::stride].copy(), force=batch.force[:, ::stride].copy())
+
+
+def _means(batch: Batch, size: int) -> Batch:
+    """Means of neighbouring samples of all curves."""
+    count, many = len(batch.place), batch.place.shape[1] // size
+    place, force = (column[:, : many * size].reshape(count, many, size).mean(axis=2) for column in batch[:2])
+    return batch._replace(place=place, force=force)
 
 
 def _put(ends: Ends, curves: IndexArray, others: Ends, better: BoolArray) -> None:
@@ -154,7 +181,7 @@ def _try_other_ends(search: _Search, batch: Batch, ends: Ends, enough: float) ->
         some = _of(batch, curves)
         fixed = search.at_shape(some, trial[within], enough)
         trials.append((curves, fixed))
-        others = search.from_places(some, fixed.theta, (ITERATIONS, enough))
+        others = search.from_places(some, fixed.theta, Limits(ITERATIONS, enough))
         _put(ends, curves, others, others.misfit < ends.misfit[curves])
     for curves, fixed in trials:
         offset = fixed.theta - ends.theta[curves]
@@ -175,7 +202,7 @@ def _move_across_samples(search: _Search, batch: Batch, ends: Ends, enough: floa
             for i in moving
         ]
     )
-    others = search.from_places(_of(batch, moving), starts, (ITERATIONS, enough))
+    others = search.from_places(_of(batch, moving), starts, Limits(ITERATIONS, enough))
     _put(ends, moving, others, others.misfit < ends.misfit[moving])
     for _ in range(_CROSSINGS):
         starts = ends.theta[moving]
@@ -188,7 +215,7 @@ def _move_across_samples(search: _Search, batch: Batch, ends: Ends, enough: floa
         moving, starts = moving[changed], starts[changed]
         if not moving.size:
             return
-        others = search.from_places(_of(batch, moving), starts, (ITERATIONS, enough))
+        others = search.from_places(_of(batch, moving), starts, Limits(ITERATIONS, enough))
         better = others.misfit < ends.misfit[moving]
         _put(ends, moving, others, better)
         moving = moving[better]
@@ -201,14 +228,16 @@ def _descend_off_jumps(search: _Search, batch: Batch, ends: Ends, used: BoolArra
     The jumps are those of the ends themselves, found in turn: an end whose jumps are elsewhere depends on its start.
     """
     used[:] = _off_jumps(ends.touches)
-    ends = search.from_places(batch, ends.theta, (_POLISH, enough), used)
+    ends = search.from_places(batch, ends.theta, Limits(_POLISH, enough), used)
     for _ in range(ROUNDS_OF_JUMPS):
         own = _off_jumps(ends.touches)
         moved = np.flatnonzero((own != used).any(axis=1))
         if not moved.size:
             break
         used[moved] = own[moved]
-        others = search.from_places(_of(batch, moved), ends.theta[moved], (_POLISH, enough), used[moved])
+        others = search.from_places(
+            _of(batch, moved), ends.theta[moved], Limits(_POLISH, enough), used[moved]
+        )
         _put(ends, moved, others, np.ones(moved.size, dtype=np.bool_))
     return ends
 
@@ -246,39 +275,49 @@ def _put_spectral(
     for size in np.unique(counted):
         group = np.flatnonzero(counted == size)
         for rows in np.array_split(group, -(-group.size // _TOGETHER)):
-            rates = np.zeros((rows.size, len(directions), used.shape[1]))
+            rates = np.empty((rows.size, len(directions), used.shape[1]))
             search.engine.tangents_all(
                 _of(batch, rows), directions, search.family, ends.theta[rows], used[rows], rates
             )
+            left = ends.left[rows]
             if size < used.shape[1]:
                 rates = np.swapaxes(np.swapaxes(rates, 1, 2)[used[rows]].reshape(rows.size, size, -1), 1, 2)
-            left = ends.left[rows][used[rows]].reshape(rows.size, size)
-            good = np.isfinite(rates).all(axis=(1, 2)) & np.isfinite(left).all(axis=1)
+                left = left[used[rows]].reshape(rows.size, size)
+            good = np.isfinite(rates.sum(axis=2)).all(axis=1) & np.isfinite(left.sum(axis=1))
             if not good.any():
                 continue
-            basis, coefficients = orthonormal(rates[good])
+            if not good.all():
+                rows, rates, left = rows[good], rates[good], left[good]
+            basis, coefficients = orthonormal(rates)
             coefficients = search.wanted.back @ coefficients
-            fits.ahead[rows[good]] = np.einsum("ijk,ikn,in->ij", coefficients, basis, left[good])
-            spectra = noise_spectra(left[good], basis, prior=None, keep=search.wanted.intervals)
+            turned = np.swapaxes(coefficients, 1, 2)
+            fits.ahead[rows] = (coefficients @ (basis @ left[:, :, None]))[:, :, 0]
+            spectra = noise_spectra(left, basis, prior=None, keep=search.wanted.intervals)
             if search.wanted.intervals:
-                fits.widths[rows[good]] = spectra.quantile(coefficients)
-            fits.spectral[rows[good]] = coefficients @ spectra.covariance @ np.swapaxes(coefficients, 1, 2)
+                fits.widths[rows] = spectra.quantile(coefficients)
+            fits.spectral[rows] = coefficients @ spectra.covariance @ turned
             if bare is not None:
-                fits.unmodelled[rows[good]] = (
-                    coefficients @ spectra.unmodelled() @ np.swapaxes(coefficients, 1, 2)
-                )
+                fits.unmodelled[rows] = coefficients @ spectra.unmodelled() @ turned
                 others = bare[rows][used[rows]].reshape(rows.size, size)
-                fits.numbers[rows[good], NUMBERS + 3] = spectra.growth(others[good])
-            fits.numbers[rows[good], NUMBERS + 4] = np.where(spectra.white < DECIDED, spectra.slow, 0.0)
+                fits.numbers[rows, NUMBERS + 3] = spectra.growth(others)
+            fits.numbers[rows, NUMBERS + 4] = np.where(spectra.white < DECIDED, spectra.slow, 0.0)
 
 
 def _show_contact(batch: Batch, wanted: Wanted, ends: Ends, used: BoolArray) -> BoolArray:
     """Whether a constant force leaves significantly larger squares."""
-    level, count = batch.force - ends.theta[:, TILT, None] * batch.place, used.sum(axis=1)
-    mean = (level * used).sum(axis=1) / count if wanted.free[BASE] else wanted.known[BASE]
-    total = (((level - np.reshape(mean, (-1, 1))) * used) ** 2).sum(axis=1)
+    level, count = batch.force, used.sum(axis=1)
+    if ends.theta[:, TILT].any():
+        level = level - ends.theta[:, TILT, None] * batch.place
+    partly = not used.all()
+    if partly:
+        level = level * used
+    mean = level.sum(axis=1) / count if wanted.free[BASE] else wanted.known[BASE]
+    off = level - np.reshape(mean, (-1, 1))
+    if partly:
+        off *= used
+    total = np.einsum("ij,ij->i", off, off)
     grows = (total / np.maximum(ends.misfit, 1e-300) - 1.0) * count >= SEEN
-    rounded = count * (_ROUNDED * np.abs(level * used).max(axis=1)) ** 2
+    rounded = count * (_ROUNDED * np.maximum(level.max(axis=1), -level.min(axis=1))) ** 2
     return np.asarray(grows & (total > rounded))
 
 
@@ -321,20 +360,16 @@ def _places(search: _Search, batch: Batch, known: FloatArray, chosen: BoolArray)
 
 def _fit_rows(search: _Search, batch: Batch, known: FloatArray, fits: CurveFits) -> None:
     """Fit curves whose samples are finite and all used."""
-    count, n = batch.place.shape
+    n = batch.place.shape[1]
     if n < 2 * len(search.wanted.directions) + 2:
         return
     starts, sizes = _first_places(search, batch, known)
     has_start = np.isfinite(starts).all(axis=1) & (np.ptp(batch.force, axis=1) > 0.0)
     fits.ended[:] = NO_CONTACT
-    if not has_start.all():
-        rest = np.flatnonzero(has_start)
-        some = fits.of(rest)
-        if rest.size:
-            _descend_from(search, _of(batch, rest), starts[rest], sizes[rest], some)
-        fits.put(rest, some)
-    elif count:
-        _descend_from(search, batch, starts, sizes, fits)
+    rest = np.flatnonzero(has_start)
+    if rest.size:
+        with fits.kept(rest) as own:
+            _descend_from(search, _of(batch, rest), starts[rest], sizes[rest], own)
 
 
 def _descend_from(
@@ -342,16 +377,20 @@ def _descend_from(
 ) -> None:
     """Fit curves from their starts."""
     wanted, (count, n) = search.wanted, batch.place.shape
-    long = np.flatnonzero(n > _MANY * sizes)
+    used, enough = np.ones(batch.place.shape, dtype=np.bool_), _GAIN / n
+    last, long = Limits(_POLISH, enough), np.flatnonzero(n > _MANY * sizes)
     if long.size:
         # an intermediate number of samples first saves steps over all of them
-        stride = max(n // (_MANY * FEW), 1)
-        more = Batch(
-            batch.place[long, ::stride].copy(), batch.force[long, ::stride].copy(), batch.softness[long]
-        )
-        starts[long] = search.from_places(more, starts[long], (ITERATIONS, ROUGHLY)).theta
-    used, enough = np.ones(batch.place.shape, dtype=np.bool_), _GAIN / n
-    ends = search.from_places(batch, starts, (_POLISH, enough))
+        some, stride = _of(batch, long), max(n // (_MANY * FEW), 1)
+        if wanted.adhesive:
+            more, limits = _few(some, stride), Limits(ITERATIONS, ROUGHLY)
+        else:
+            # means state nearly what all samples state of a force without jumps
+            more, limits = _means(some, stride), last
+            if long.size == count:
+                last = last._replace(damping=_NEAR)
+        starts[long] = search.from_places(more, starts[long], limits).theta
+    ends = search.from_places(batch, starts, last)
     if wanted.pulled and wanted.free[POINT]:
         _move_across_samples(search, batch, ends, enough)
     distance, bare = np.zeros((count, NUMBERS)), None
@@ -385,12 +424,15 @@ def fit_curves(curves: Batch, wanted: Wanted, family: FamilyTable, fits: CurveFi
     sizes = np.count_nonzero(good, axis=1)
     for size in np.unique(sizes):
         rows = np.flatnonzero(sizes == size)
-        place, force = (column[rows][good[rows]].reshape(-1, size) for column in curves[:2])
+        batch = _of(curves, rows)
+        if size < good.shape[1]:
+            place, force = (column[good[rows]].reshape(-1, size) for column in batch[:2])
+            batch = batch._replace(place=place, force=force)
         known, middle = np.tile(wanted.known, (rows.size, 1)), np.zeros(rows.size)
         if size and wanted.free[TILT]:
-            middle = 0.5 * (place.min(axis=1) + place.max(axis=1))
+            middle = 0.5 * (batch.place.min(axis=1) + batch.place.max(axis=1))
             known[:, POINT] -= middle
-        own = fits.of(rows)
-        _fit_rows(search, Batch(place - middle[:, None], force, curves.softness[rows]), known, own)
-        own.numbers[:, POINT] += middle
-        fits.put(rows, own)
+            batch = batch._replace(place=batch.place - middle[:, None])
+        with fits.kept(rows) as own:
+            _fit_rows(search, batch, known, own)
+            own.numbers[:, POINT] += middle

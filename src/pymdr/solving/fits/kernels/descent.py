@@ -52,6 +52,17 @@ class Wanted(NamedTuple):
     """Whether the half widths of intervals are computed."""
 
 
+class Limits(NamedTuple):
+    """When a descent ends, and how it begins."""
+
+    steps: int
+    """Largest number of steps."""
+    gain: float
+    """Gain at which it ends, relative to the sum of squares."""
+    damping: float = 1e-3
+    """Of the first step; small next to the end."""
+
+
 class End(NamedTuple):
     """The end of a descent."""
 
@@ -87,7 +98,7 @@ def descend(
     family: FamilyTable,
     start: FloatArray,
     used: BoolArray,
-    limits: tuple[int, float],
+    limits: Limits,
 ) -> End:
     """
     Least squares by Levenberg and Marquardt.
@@ -100,16 +111,14 @@ def descend(
         Numbers of the model.
     used : ndarray
         Whether a sample counts.
-    limits : (int, float)
-        Most steps, and the gain in parts of the sum of squares at which it ends.
     """
-    most, enough = limits
+    enough = limits.gain
     theta, last = start.copy(), family.first + family.step * (family.folds.size - 1)
     member = member_at(family, theta[SHAPE])
     model, left, misfit = compared(record, theta, member, used)
     square, side = normal_equations(record.place, model, left, used, directions)
-    damping, settled = 1e-3, False
-    for _ in range(most):
+    damping, settled = limits.damping, False
+    for _ in range(limits.steps):
         matrix, pull = square, side
         if member.varies and (theta[SHAPE] <= family.first or theta[SHAPE] >= last):
             matrix, pull = fixed_at_end(square, side, directions[:, SHAPE], theta[SHAPE] >= last)
@@ -217,7 +226,7 @@ def descend_all(
     directions: FloatArray,
     family: FamilyTable,
     used: BoolArray,
-    limits: tuple[int, float],
+    limits: Limits,
     ends: Ends,
 ) -> None:
     """:func:`descend` in curves, one after another, from the starts in `ends`, which it overwrites."""

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pymdr.numerics.panels import IndexArray
-from pymdr.solving.fits.kernels.descent import ITERATIONS, ROUGHLY, Ends, Wanted, ends_from
+from pymdr.solving.fits.kernels.descent import ITERATIONS, ROUGHLY, Ends, Limits, Wanted, ends_from
 from pymdr.solving.fits.kernels.model import (
     BASE,
     NUMBERS,
@@ -57,7 +57,7 @@ class Trials(NamedTuple):
 class Engine(NamedTuple):
     """The work per sample, interpreted or compiled."""
 
-    descend_all: Callable[[Batch, FloatArray, FamilyTable, BoolArray, tuple[int, float], Ends], None]
+    descend_all: Callable[[Batch, FloatArray, FamilyTable, BoolArray, Limits, Ends], None]
     """:func:`pymdr.solving.fits.kernels.descent.descend_all`."""
     best_points: Callable[[Trials, FamilyTable, FloatArray, FloatArray], None]
     """:func:`best_points`."""
@@ -71,7 +71,7 @@ class Engine(NamedTuple):
         family: FamilyTable,
         starts: FloatArray,
         used: BoolArray,
-        limits: tuple[int, float],
+        limits: Limits,
     ) -> Ends:
         """The ends of the descents of curves from some starts."""
         ends = ends_from(starts, batch.place.shape[1], len(directions))
@@ -211,7 +211,7 @@ def _starts_on_machine(
         trial[:, SHAPE], trial[:, POINT], trial[:, TILT] = family.first + family.step * rung, point, 0.0
         if wanted.free[BASE]:
             trial[:, BASE] = batch.force.mean(axis=1)
-        ends = engine.descents(batch, base, family, trial, used, (3, 0.0))
+        ends = engine.descents(batch, base, family, trial, used, Limits(3, 0.0))
         better = ends.touches.any(axis=1) & (ends.misfit < least)
         least[better], best[better] = ends.misfit[better], ends.theta[better]
     return best
@@ -244,7 +244,7 @@ def starts_at_tilts(
         whole = curves.size == len(level)
         some = batch if whole else Batch(*(column[curves] for column in batch))
         used = np.ones(some.place.shape, dtype=np.bool_)
-        ends = engine.descents(some, wanted.directions, family, trial, used, (ITERATIONS, ROUGHLY))
+        ends = engine.descents(some, wanted.directions, family, trial, used, Limits(ITERATIONS, ROUGHLY))
         better = ends.misfit < least[curves]
         least[curves[better]], best[curves[better]] = ends.misfit[better], ends.theta[better]
 
