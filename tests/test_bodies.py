@@ -326,7 +326,7 @@ LIKE_ONE_HALF_SPACE = {
 def test_every_body_of_the_package_has_the_limit_of_hertz():
     own = {kind for kind, cls in tables.MATERIALS.items() if cls.__module__.startswith("pymdr.")}
     assert LIKE_ONE_HALF_SPACE.keys() == own - {"rigid"}, "a new kind of body needs an entry here"
-    force = 4.0 / 3.0 * 1.25e9 / (1.0 - 0.25**2) * math.sqrt(1e-2) * 1e-9
+    force = 4.0 / 3.0 * 1.25e9 / (1.0 - 0.25**2) * math.sqrt(1e-2) * 1e-9**1.5
     for kind, body in LIKE_ONE_HALF_SPACE.items():
-        result = mdr.solve(mdr.Contact(mdr.Paraboloid("10 mm"), body), mdr.indent("1 um", duration=1e9))
+        result = mdr.solve(mdr.Contact(mdr.Paraboloid("10 mm"), body), mdr.indent("1 nm", duration=1e9))
         assert float(result["normal_force"][-1]) == pytest.approx(force, rel=2e-8), kind
