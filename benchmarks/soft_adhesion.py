@@ -1,8 +1,8 @@
 """Adhesion of bodies with memory: curves of load, dwell and retraction against the same rows without memory, a short range against a zone, and 100 speeds."""
 
 from collections.abc import Iterator
+from functools import partial
 from math import pi
-from time import perf_counter
 
 import numpy as np
 
@@ -55,12 +55,15 @@ def ratios() -> Iterator[Ratio]:
     quick, slow = median_times(lambda: mdr.solve(ball(short), path), lambda: mdr.solve(ball(zone), path))
     yield Ratio("500 rows of short range", "the zone of that length", quick, slow, "aim 0.04 s")
 
-    def pulled(speeds: np.ndarray, workers: int = 1) -> object:
+    def swept(speeds: np.ndarray) -> object:
+        paths = [there >> mdr.indent("-30 um", steps=250, rate=speed) for speed in speeds]
+        return mdr.sweep(ball(zone), paths[0], {"path": paths}, workers=2)
+
+    def pulled(speeds: np.ndarray) -> object:
         return mdr.pull_off_curve(
-            ball(zone), speed=speeds, dwell="5 s", preload="2 mN", approach_speed="10 um/s", workers=workers
+            ball(zone), speed=speeds, dwell="5 s", preload="2 mN", approach_speed="10 um/s", workers=2
         )
 
-    all_speeds, one = median_times(
-        lambda: pulled(SPEEDS, 2), lambda: pulled(SPEEDS[50:51]), clock=perf_counter
-    )
-    yield Ratio("pull-off at 100 speeds on two cores", "one speed on one core", all_speeds, one, "aim 60 s")
+    for what, work in (("one sweep over 100 speeds", swept), ("pull-off at 100 speeds", pulled)):
+        many, few = median_times(partial(work, SPEEDS), partial(work, SPEEDS[40:60:10]))
+        yield Ratio(f"{what}, processor time of two cores", "two speeds", many, few, "aim 120 s")
