@@ -12,7 +12,7 @@ from pathlib import Path
 
 import matplotlib.style
 import numpy as np
-from matplotlib import colormaps
+from matplotlib import rcParams
 from matplotlib.figure import Figure
 
 matplotlib.style.use("pymdr.figures")
@@ -47,9 +47,11 @@ axes.axvspan(smallest, 1e-9, color="#009E73", alpha=0.08, lw=0)
 axes.fill_between(line, smallest, 10 * line + 1e-14, color="0.5", alpha=0.15, lw=0, label="allowed")
 names = {"closures": "force curves", "plane": "shifts in the plane"}
 kinds = dict.fromkeys(study["kind"].tolist())
-for kind, colour in zip(kinds, (*colormaps["tab10"].colors, "black"), strict=True):
-    some = study["kind"] == kind
-    axes.plot(x[some], y[some], ".", color=colour, ms=4, alpha=0.6, label=names.get(kind, kind))
+colours = rcParams["axes.prop_cycle"].by_key()["color"]
+for i, kind in enumerate(kinds):
+    some, marker = study["kind"] == kind, "o^"[i // len(colours)]
+    style = {"color": colours[(i + 2 * (i // len(colours))) % len(colours)], "ms": 3, "mew": 0, "alpha": 0.7}
+    axes.plot(x[some], y[some], marker, label=names.get(kind, kind), **style)
 axes.plot(line, line, "k", lw=0.8, label="actual = claimed")
 axes.set_xscale("log")
 axes.set_yscale("log")
@@ -59,4 +61,4 @@ axes.set_xlabel("claimed relative error")
 axes.set_ylabel("actual relative error")
 axes.text(1.2e-9, 0.1, "approximate", fontsize=9)
 axes.text(0.8e-9, 0.1, "exact", fontsize=9, ha="right", color="#009E73")
-axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), markerscale=2)
