@@ -109,6 +109,14 @@ def test_the_claim_holds_against_solve(tmp_path):
 
 
 @needs_c
+def test_liquids_part_in_slow_retreats(tmp_path):
+    contact = mdr.Contact(mdr.Sphere(1.0), mdr.Viscoelastic(KINDS["liquid"], 0.5))
+    law = mdr.export_law(contact, 1e-3, springs=16)
+    rows = InC(law, tmp_path, CALLS).advance(np.array([5e-4, 4.9e-4]), np.array([0.1, 1e16]))
+    assert rows[0, 0] > 0.0 == rows[1, 0] == rows[1, 3]
+
+
+@needs_c
 def test_bytes_continue_and_refused_steps_leave_them(tmp_path):
     contact, deepest = mdr.Contact(mdr.Sphere(1.0), mdr.Viscoelastic(KINDS["dashpot"], 0.5)), 1e-3
     law = mdr.export_law(contact, deepest, springs=16)

@@ -221,6 +221,18 @@ def test_a_held_contact_relaxes():
     )
 
 
+@pytest.mark.parametrize("lasting", first_of([1e13, 1e16, 1e30]))
+def test_liquids_part_in_retreats_of_any_slowness(lasting):
+    """Their pull on the indenter is below the rounding of the force that has relaxed: springs stayed in contact."""
+    contact = ball(KINDS[1])
+    stepper = mdr.Stepper(contact, "100 um", springs=50)
+    assert stepper.advance(5e-5, duration=0.1).normal > 0.0
+    assert stepper.advance(4.9e-5, duration=lasting).normal == stepper.contact_radius == 0.0
+    assert stepper.advance(6e-5, duration=0.1).normal > 0.0
+    result = mdr.solve(contact, mdr.Path(time=[0.1, 0.1 + lasting], indentation=[5e-5, 4.9e-5]))
+    assert float(result["contact_radius"][-1]) == float(result["normal_force"][-1]) == 0.0
+
+
 def test_many_contacts_are_each_like_one():
     depth, lasting = (
         np.stack(each) for each in zip(*(random_moves(seed, 12, 1e-4) for seed in range(3)), strict=True)

@@ -26,7 +26,7 @@ CROSSED = 0.0, int(0.0)
 """The type of what :func:`first_crossing` returns."""
 _NEWTON = 60
 _VALUE, _SLOPE, _FALLING, _RISE, _BEND, _DROP, _CURL, _SIZE = range(8)
-"""Of a sum at one place: f and f'; its falling terms; f' and f'' of its rising and of its falling terms; the size of all terms."""
+"""Of a sum at one place: f and f'; its falling terms; f' and f'' of its rising and of its falling terms; the size of c and of what is left of a."""
 Bounds = tuple[float, float, float, float, float, float, float, float]
 
 
@@ -72,7 +72,7 @@ def _at(line: tuple[float, float], terms: FloatArray, count: int, p: float) -> B
             left * slope if abs(slope) > ROUNDING * abs(x * a) else 0.0
         )  # a steady term is no more than its rounding
         value += term
-        size += abs(a)
+        size += left * abs(a)
         if slope > 0.0:
             rise, bend = rise + slope, bend - x * slope
         else:
@@ -136,7 +136,7 @@ def first_crossing(
         width = end - p
         ahead = _at(line, terms, count, end)
         slack = -ROUNDING * max(now[_SIZE], ahead[_SIZE])
-        above = ahead[_VALUE] >= slack
+        above = ahead[_VALUE] >= -ROUNDING * ahead[_SIZE]  # of what is left of the terms there
         stays = above and (
             _least(
                 now[_VALUE],

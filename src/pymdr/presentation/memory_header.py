@@ -280,7 +280,7 @@ static inline @_bounds_ @_at_(const @_sum_ *f, double p)
         double slope = f->b[i] - x * f->a[i];
         slope = fabs(slope) > 2e-15 * fabs(x * f->a[i]) ? left * slope : 0.0;
         at.value += term;
-        at.size += fabs(f->a[i]);
+        at.size += left * fabs(f->a[i]);
         if (slope > 0.0) {
             at.rise += slope;
             at.bend -= x * slope;
@@ -347,7 +347,7 @@ static inline double @_crossing_(const @_sum_ *f, double begin)
         width = end - p;
         ahead = @_at_(f, end);
         slack = -2e-15 * (now.size > ahead.size ? now.size : ahead.size);
-        above = ahead.value >= slack;
+        above = ahead.value >= -2e-15 * ahead.size;
         {
             const double v[6] = {now.value, ahead.value, now.falling, ahead.falling, width * now.drop, width * ahead.drop};
             stays = above && @_least_(v) >= slack;
