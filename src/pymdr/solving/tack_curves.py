@@ -26,7 +26,7 @@ from pymdr.solving.study import Column, Study, dataset
 from pymdr.solving.tack import TackPullOff, pull_off, relaxed_contact, tack_tests
 from pymdr.solving.verb import check_tolerance
 from pymdr.solving.workers import Workers
-from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_si_array
+from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, shown, to_si_array, written
 
 _NAMES = (
     "largest_pull",
@@ -194,7 +194,7 @@ def pull_off_curve(
         results=tuple(one.result for one in answers),
         claims=claims,
         assumptions=widest.assumptions,
-        notes=(f"every test begins with the same approach at {approach:.4g} m/s",),
+        notes=(f"every test begins with the same approach at {written(approach, 'm/s')}",),
         contact=contact,
         references=answers[0].references,
     )
