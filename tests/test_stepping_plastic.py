@@ -69,6 +69,17 @@ def test_many_are_one_each_and_the_last_step_is_taken_back(kind):
         assert single.jumped == bool(many.jumped[i])
 
 
+@pytest.mark.parametrize("away", [1e-3, 1.0])
+def test_a_way_apart_does_not_make_a_growing_ball_grow(away):
+    """The next touch counted the gap among the displaced volume, and the way over it as work."""
+    near, far = (mdr.Stepper(ball(1e-3, apparent_radius=True), 0.2e-3) for _ in range(2))
+    for contact, between in ((near, 0.0), (far, -away)):
+        for d in (1e-4, between, 1e-4, 1.5e-4):
+            contact.advance(d)
+    for name in QUANTITIES:
+        assert getattr(far, name) == getattr(near, name), name
+
+
 def test_adhesive_balls_part_with_a_jump():
     stepper = mdr.Stepper(ball(1e-6, adhesive=True), 0.2e-6)
     stepper.advance(0.1e-6)

@@ -115,6 +115,7 @@ class GrowingBall:
         row = Row(d, force, radius, height, width, within, scale, residual, yielding)
         strain = bare * (first - d) * (1.0 - 2.0 * own.poisson) / (2.0 * own.shear * (1.0 + own.poisson))
         strain = -strain / (4.0 / 3.0 * math.pi * first**3 * (1.0 + state.volume_strain))
+        pressed = max(d, 0.0) - max(state.indentation, 0.0)  # a way apart displaces nothing and takes no work
         area = depth * radius if math.isnan(constant) else depth * (2.0 * radius - depth)
         area = max(math.pi * area + (0.0 if math.isnan(constant) else constant), 0.0)
         after = replace(
@@ -127,12 +128,12 @@ class GrowingBall:
             rim=0.0,
             areas=(area, area - 2.0 * math.pi * radius * largest),
             force=force,
-            work=state.work + 0.5 * (force + state.force) * (d - state.indentation),
+            work=state.work + 0.5 * (force + state.force) * pressed,
         )
         if yielding:
             volume = 4.0 / 3.0 * math.pi * first**3 * (state.volume_strain - strain)
             swept = d * (2.0 * first - d) + (radius - first) * (radius + first)
-            volume -= math.pi * (d - state.indentation) * swept
+            volume -= math.pi * pressed * swept
             after = replace(after, plastic_volume=volume, rim=2.0 * math.pi * radius * depth)
         return row, after
 
