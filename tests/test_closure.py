@@ -414,6 +414,23 @@ def test_friction_is_that_of_the_shape_and_converges_to_it():
     assert all(fine < coarse / 8.0 for coarse, fine in itertools.pairwise(missed))
 
 
+@pytest.mark.parametrize("power", [1.2, 1.5, 2.0, 2.5])
+@pytest.mark.parametrize("seed", range(3))
+def test_the_tangential_stiffness_of_a_slipping_contact_errs_as_that_of_the_part_that_sticks(power, seed):
+    random = np.random.default_rng(seed)
+    points = np.linspace(0.0, DEEPEST, int(random.integers(10, 60)))[1:]
+    curve = mdr.ForceCurve(points, 1e9 * points**power, modulus=MODULUS, error=0.0)
+    joint = mdr.Contact(curve, PLAIN, PLAIN, friction=mdr.Coulomb(0.3))
+    moduli = mdr.effective_moduli(PLAIN, PLAIN)
+    d = random.uniform(0.5, 1.0) * DEEPEST
+    part = np.sort(random.uniform(0.0, 0.95, 20))
+    shifts = part * 0.3 * moduli.normal / moduli.tangential * d
+    result = mdr.solve(joint, mdr.indent(d) >> mdr.Path(shift=shifts))
+    true = moduli.tangential / MODULUS * power * 1e9 * ((1.0 - part) * d) ** (power - 1.0)
+    off = np.abs(result["tangential_stiffness"].values[1:] / true - 1.0)
+    assert np.all(off <= result.claims["tangential_stiffness"].error[1:] + 1e-12)
+
+
 @pytest.mark.parametrize("stiffness", [1e6, 1e7])
 def test_the_depth_to_which_a_machine_travels_errs_as_the_curve_does(stiffness):
     curve = curve_of_ball(40, noise=0.01)

@@ -73,6 +73,7 @@ def closure_claims(
     sheared: bool = False,
     prescribed: Mapping[str, BoolArray] | None = None,
     balance: FloatArray | None = None,
+    stuck: FloatArray | None = None,
 ) -> dict[str, Claim]:
     """
     Claims of a law for a contact that is known by its force curve.
@@ -88,10 +89,16 @@ def closure_claims(
     balance : ndarray of shape (2, n), optional
         Work of the tangential force and stored energy, over the dissipated energy; inf where unknown. Their difference bounds the
         error of the dissipation where the rise of the stiffness does not, as in sliding.
+    stuck : ndarray, optional
+        With friction: depths in m at which the contact is as large as the part that sticks, whose stiffness is the tangential one.
     """
     is_viscoelastic = remembered is not None or sheared
-    errors = closure_errors(closure.error, depth, is_viscoelastic=is_viscoelastic)
-    given = closure_errors(closure.given_error, depth, is_viscoelastic=is_viscoelastic)
+    both = closure.error, closure.given_error
+    errors, given = (closure_errors(one, depth, is_viscoelastic=is_viscoelastic) for one in both)
+    if stuck is not None:
+        for each, error_at in zip((errors, given), both, strict=True):
+            own = np.where(stuck > 0.0, error_at(stuck)[0], 0.0)
+            each["tangential_stiffness"] = np.maximum(each["tangential_stiffness"], own)
     if balance is not None:
         unknown = ~(errors["dissipated_energy"] + np.nan_to_num(given["dissipated_energy"]) < 1.0)
         unknown &= np.isfinite(balance).all(axis=0)

@@ -71,6 +71,7 @@ def solve_on_curve(history: Callable[[Task], Result], task: Task) -> Result:
         sheared=result.contact.friction is not None,
         prescribed=prescribed_rows(task),
         balance=_balance(task, result),
+        stuck=_stuck_depth(result),
     )
     kept = data.drop_vars([name for name in data if not _is_determined(str(name), claims)])
     return replace(
@@ -102,6 +103,15 @@ def _balance(task: Task, result: Result) -> FloatArray | None:
     stored = mu**2 * ratio * data["elastic_energy"].values
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(np.array([work, stored]) / data["dissipated_energy"].values)
+
+
+def _stuck_depth(result: Result) -> FloatArray | None:
+    """Depths in m at which the contact is as large as the part that sticks; None without friction."""
+    if "stick_radius" not in result.data:
+        return None
+    line = equivalent_profile(result.contact.profile)
+    radius = np.nan_to_num(result.data["stick_radius"].values)
+    return line.g(np.minimum(radius, line.max_radius))
 
 
 def _is_determined(name: str, claims: Mapping[str, Claim]) -> bool:
