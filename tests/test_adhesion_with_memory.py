@@ -554,6 +554,18 @@ def test_a_move_that_numbers_do_not_resolve_is_refused():
         mdr.Path(time=[1e8, 1e8 + 1e-9], indentation=[1.0, 0.5])
 
 
+@pytest.mark.parametrize("law", [mdr.MaugisDugdale(1.0, strength=2.0), mdr.JKR(1.0, range=0.01)])
+def test_a_path_that_only_places_a_free_body_within_the_attraction_is_refused(law):
+    probe = mdr.Contact(BALL, RUBBER, adhesion=law)
+    for target in ({"indentation": [1.0]}, {"normal_force": [1.0]}):
+        with pytest.raises(PathError, match="row at t = 0 s moves in zero time"):
+            mdr.solve(probe, mdr.Path(time=[0.0], **target))
+    beyond = mdr.solve(probe, mdr.Path(time=[0.0], indentation=[-0.6]))
+    assert beyond.status is mdr.Status.NOT_TOUCHED
+    placed = mdr.solve(probe, mdr.Path(time=[0.0, 1.0], indentation=[1.0, 1.0]))
+    assert placed["contact_radius"][1] > 1.0
+
+
 def test_attraction_and_separation_are_located_between_rows():
     gel = mdr.Viscoelastic(mdr.StandardSolid("0.25 MPa", "2.25 MPa", "1 s"), poisson=0.5)
     probe = mdr.Contact(mdr.Sphere("1 mm"), gel, adhesion=mdr.MaugisDugdale("0.1 J/m^2", range="100 nm"))

@@ -41,7 +41,7 @@ QuantityLike: TypeAlias = float | str | HasUnits
 ArrayQuantityLike: TypeAlias = ArrayLike | HasUnits
 
 _NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
-_FACTOR = r"[A-Za-zµμΩΩ°Å%]+[0-9]?(?:(?:\^|\*\*)-?[0-9](?:\.5)?)?"
+_FACTOR = r"[A-Za-zµμΩΩ°Å%]+(?:[0-9]?(?:(?:\^|\*\*)-?[0-9](?:\.5)?)?|⁻?[¹²³⁴])"
 _PRODUCT = rf"{_FACTOR}(?:\s*[*·]\s*{_FACTOR}|\s+{_FACTOR})*"
 _UNIT = rf"{_FACTOR}(?:\s*[*/·]\s*{_FACTOR}|\s*/\s*\({_PRODUCT}\)|\s+{_FACTOR})*"
 _TEXT = re.compile(rf"\s*({_NUMBER})\s*({_UNIT})?\s*")

@@ -264,7 +264,9 @@ def _step(
 ) -> tuple[ZoneRows, tuple[ZoneSprings, ...], Channels]:
     """Step 2: springs and zone, and fewer nodes and longer steps for the error, or one level for all."""
     assert kept is None
-    time, control, k = controls_of(stretch, stiffness, levels[0].free)
+    setting = levels[0].setting
+    range_ = setting.work / setting.strength
+    time, control, k = controls_of(stretch, stiffness, levels[0].free, range_)
     each = [one.follow(time, control, k) for one in levels]
     fine, coarse, rough = each * (3 // len(each))
     free = fine["cohesive_radius"] == 0.0
@@ -281,18 +283,21 @@ def _step(
 
 
 def controls_of(
-    stretch: Stretch, stiffness: float | None, free: bool
+    stretch: Stretch, stiffness: float | None, free: bool, range_: float = 0.0
 ) -> tuple[FloatArray, FloatArray, float]:
-    """As `_controls`, after refusing moves in zero time and pulls on a free body."""
+    """As `_controls`, after refusing moves in zero time and pulls on a free body, which is attracted from a distance in m on."""
     time, control, k = _controls(stretch, stiffness)
     sudden = (np.diff(time) == 0.0) & (np.diff(control) != 0.0)
-    # a free body may start anywhere
-    sudden[0] &= not free
+    if free:
+        # it may start anywhere, but needs time to be attracted
+        sudden[0] = time[-1] == time[0] and control[-1] > (-range_ if k > 0.0 else 0.0)
     if sudden.any():
         end = float(time[1 + int(np.argmax(sudden))])
+        least = (
+            f" above {np.spacing(end):.1g} s (the resolution of numbers at this time)" if end > 0.0 else ""
+        )
         raise PathError(
-            f"the row at t = {end:.6g} s moves in zero time, which adhesion with memory does not cover; give every move a duration "
-            f"above {np.spacing(end):.1g} s (the resolution of numbers at this time), or a rate"
+            f"the row at t = {end:.6g} s moves in zero time, which adhesion with memory does not cover; give every move a duration{least}, or a rate"
         )
     if k == 0.0 and not math.isnan(stretch.start[0]) and free and control[1] < 0.0:
         raise PathError(
