@@ -97,8 +97,8 @@ def closure_claims(
     errors, given = (closure_errors(one, depth, is_viscoelastic=is_viscoelastic) for one in both)
     if stuck is not None:
         for each, error_at in zip((errors, given), both, strict=True):
-            own = np.where(stuck > 0.0, error_at(stuck)[0], 0.0)
-            each["tangential_stiffness"] = np.maximum(each["tangential_stiffness"], own)
+            of_stuck = np.where(stuck > 0.0, error_at(stuck)[0], 0.0)
+            each["tangential_stiffness"] = np.maximum(each["tangential_stiffness"], of_stuck)
     if balance is not None:
         unknown = ~(errors["dissipated_energy"] + np.nan_to_num(given["dissipated_energy"]) < 1.0)
         unknown &= np.isfinite(balance).all(axis=0)
