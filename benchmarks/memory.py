@@ -18,7 +18,12 @@ LINE = ElasticLine(equivalent_profile(mdr.Paraboloid("5 mm")), 1.0)
 
 
 def forced(kernel: Relaxation) -> Iterator[Ratio]:
-    """Forces and shifts, with their claims, against the springs of their rows alone."""
+    """
+    Forces and shifts, with their claims, against the springs of their rows alone.
+
+    Indentations with their claims take ten times as long as these, so less is out of reach: loads are met by a search in parts of the
+    rows, errors need half and a quarter of the springs, and the check of the disk follows the rows once more.
+    """
     body = mdr.Viscoelastic(SERIES, poisson=0.5)
     rows = np.arange(1.0, SINGLE + 1.0)
     time, beating = 1e-3 * rows, 0.01 * (1.0 + 0.5 * np.sin(0.1 * rows))
@@ -34,9 +39,9 @@ def forced(kernel: Relaxation) -> Iterator[Ratio]:
         lambda: mdr.solve(joint, sheared),
     )
     against = f"{SPRINGS} springs under the indentations of these rows"
-    yield Ratio(f"{SINGLE:.0e} rows of an oscillating force", against, first, alone, "aim 10 times as long")
+    yield Ratio(f"{SINGLE:.0e} rows of an oscillating force", against, first, alone, "aim 30 times as long")
     yield Ratio(
-        f"{SINGLE:.0e} rows of a shift under a constant force", against, second, alone, "aim 10 times as long"
+        f"{SINGLE:.0e} rows of a shift under a constant force", against, second, alone, "aim 60 times as long"
     )
 
 
