@@ -4,6 +4,7 @@ import math
 import os
 import pickle
 import re
+import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
 
@@ -17,6 +18,7 @@ from hypothesis import strategies as st
 import pymdr as mdr
 from common import STEEL, UNIT
 from drawing import examples
+from pymdr.errors import MissingExtraError
 from pymdr.presentation.files import write_dataset
 from pymdr.solving import batch
 
@@ -50,6 +52,18 @@ RESULTS = {
 @pytest.fixture(scope="module")
 def ball():
     return RESULTS["ball"]()
+
+
+def test_files_without_the_library_of_netcdf_say_what_to_do(ball, tmp_path, monkeypatch):
+    ball.save(tmp_path / "ball.nc")
+    monkeypatch.setitem(sys.modules, "h5py", None)
+    with pytest.raises(
+        MissingExtraError, match=r"cannot be imported .* or write a table with Result\.to_csv"
+    ):
+        ball.save(tmp_path / "again.nc")
+    with pytest.raises(MissingExtraError, match="NetCDF files need h5netcdf and h5py"):
+        mdr.open_result(tmp_path / "ball.nc")
+    assert not (tmp_path / "again.nc").exists()
 
 
 def same(one, other):

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from pymdr.deferred import xr
-from pymdr.errors import FileError, PymdrError
+from pymdr.errors import FileError, MissingExtraError, PymdrError
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
 from pymdr.problem.codec import decode_case, encode_case, import_kinds
 from pymdr.problem.contact import Contact
@@ -381,6 +381,19 @@ def _store_class() -> type[H5NetCDFStore]:
     return Store
 
 
+def _h5netcdf() -> Any:
+    """The library of NetCDF files, which small systems may lack."""
+    try:
+        import h5netcdf
+        import h5py  # noqa: F401
+    except ImportError as error:
+        raise MissingExtraError(
+            f"NetCDF files need h5netcdf and h5py, which cannot be imported ({error}); install them, or write a table with "
+            "Result.to_csv('ball.csv')"
+        ) from error
+    return h5netcdf
+
+
 def write_dataset(dataset: xr.Dataset, file: str | os.PathLike[str]) -> None:
     """Write a packed dataset as NetCDF and append its checksum."""
     if named_file(file, "write").suffix.lower() not in _SUFFIXES:
@@ -388,8 +401,7 @@ def write_dataset(dataset: xr.Dataset, file: str | os.PathLike[str]) -> None:
             f"cannot write {str(file)!r}: results are saved as NetCDF with a name that ends with '.nc'; for a table use "
             "Result.to_csv('ball.csv')"
         )
-    import h5netcdf
-
+    h5netcdf = _h5netcdf()
     small = {str(name): {"zlib": True} for name in dataset if str(name).startswith(_ERROR)}
 
     def write(temporary: FilePath) -> None:
@@ -449,6 +461,7 @@ def read_dataset(file: str | os.PathLike[str]) -> xr.Dataset:
     if not regular:
         reason = "it is a folder, pipe or device" if exists else "no such file"
         raise FileError(f"cannot read {str(source)!r}: {reason}")
+    _h5netcdf()
     try:
         sealed = _is_sealed(source)
         dataset = xr.load_dataset(source, engine="h5netcdf")
