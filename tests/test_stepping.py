@@ -109,6 +109,19 @@ def test_steps_are_taken_back_to_the_whole_stack(friction):
             assert again.advance(part * d, u) == before.advance(part * d, u)
 
 
+@pytest.mark.parametrize("springs", [None, 32])
+@pytest.mark.parametrize("far", [1e-2, 1e2, 1e6])
+def test_far_shifts_err_by_their_rounding(far, springs):
+    """By up to four times the stiffness times half a unit in the last place of the shift, here 1e3 to 1e11 indentations."""
+    stiffness = 2.0 * mdr.effective_moduli(STEEL, STEEL).tangential * np.sqrt(0.01 * 1e-5)
+    rows, (depth, shift) = [], random_moves(6, 100, 1e-5)
+    for start in (0.0, far):
+        contact = mdr.Stepper(ball(), "10 um", springs=springs)
+        moves = zip([-1e-5, *depth], [start, *(start + shift)], strict=True)
+        rows.append([contact.advance(d, (u, 0.0) if springs else u)[1] for d, u in moves])
+    assert np.abs(np.subtract(*rows)).max() < 4.0 * stiffness * 2.0**-53 * far
+
+
 def test_a_step_is_taken_back():
     stepper = mdr.Stepper(ball(), "10 um")
     depth, shift = random_moves(3, 50, 1e-5)
