@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from pymdr.compiling import inner
+from pymdr.compiling import Addressed, inner
 from pymdr.line.memory.kernels import (
     CROSS,
     DECAY,
@@ -58,7 +58,7 @@ def is_outgrown(grouped: int, count: int) -> bool:
     return count - grouped > 2 * edge_count(count) or count - grouped < edge_count(count) // 2
 
 
-@inner
+@Addressed
 def form_group(springs: FloatArray, count: int, state: FloatArray, other: FloatArray, body: Body) -> None:
     """Group all of the first `count` springs except those next to the edge; both states keep their values."""
     grouped, table, known = max(count - edge_count(count), 0), body.table, body.known
@@ -85,7 +85,7 @@ def form_group(springs: FloatArray, count: int, state: FloatArray, other: FloatA
     known[LEAST_W], known[GREATEST_W], known[GROUP_MOVE] = least, most, 0.0
 
 
-@inner
+@Addressed
 def dissolve_group(state: FloatArray, body: Body) -> None:
     """Write the present values of the springs of a group to their state, and dissolve it."""
     table, known = body.table, body.known

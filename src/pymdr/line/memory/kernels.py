@@ -88,7 +88,9 @@ class Body(NamedTuple):
     known: FloatArray
     crossing: Any
     changes: Any
-    """Addresses of :func:`first_crossing` and :func:`_follow_changes`, 0 where springs are not released."""
+    form: Any
+    dissolve: Any
+    """Addresses of :func:`first_crossing`, :func:`_follow_changes` and those that group springs, 0 where springs are not released."""
 
 
 class Move(NamedTuple):
@@ -102,6 +104,8 @@ class Move(NamedTuple):
 
 def body_of(relaxation: Relaxation, modes: Modes | None = None) -> Body:
     """A body without a group of springs; without modes its springs cannot be released."""
+    from pymdr.line.memory import groups
+
     n, k = relaxation.moduli.size, 0 if modes is None else modes.rates.size
     size = max(n, k)
     table = np.zeros((size, BACK + size + n + 1))
@@ -113,12 +117,14 @@ def body_of(relaxation: Relaxation, modes: Modes | None = None) -> Body:
         table[:k, BACK + size :] = modes.to_modes
     known = np.zeros(FIRST_MOVE + 1)
     known[DURATION] = math.nan
-    body = Body(float(relaxation.equilibrium), float(relaxation.viscosity), n, k, table, known, 0, 0)
+    body = Body(float(relaxation.equilibrium), float(relaxation.viscosity), n, k, table, known, 0, 0, 0, 0)
     if modes is None:
         return body
     crossing = first_crossing.address(CROSSED, (0.0, 0.0), table, 0, 0.0)
     changes = _follow_changes.address(False, body, Move(0.0, 0.0, 0.0, 0.0), 0.0, 0, table, table)
-    return body._replace(crossing=crossing, changes=changes)
+    form = groups.form_group.address(None, table, 0, table, table, body)
+    dissolve = groups.dissolve_group.address(None, table, body)
+    return body._replace(crossing=crossing, changes=changes, form=form, dissolve=dissolve)
 
 
 def table_of(springs: Springs) -> FloatArray:

@@ -9,10 +9,8 @@ import numpy as np
 
 from pymdr.compiling import Addressed, call, inner, merged, uncounted
 from pymdr.line.memory.groups import (
-    dissolve_group,
     edge_count,
     exchange_group,
-    form_group,
     group_forces,
     is_outgrown,
     least_force,
@@ -197,9 +195,10 @@ def _first_guess(run: Run, now: RowStart, target: float, old: FloatArray, new: F
     here, lift = now.here, machine == 0.0 and target <= 0.0
     sudden = body.viscosity > 0.0 and now.duration == 0.0
     if lift or sudden:
-        dissolve_group(old, body)
+        call(body.dissolve, None, (old, body))
     elif body.known[GROUPED] == 0.0:
-        form_group(springs, _count_in_contact(int(run.body.known[GROUPED]), now.active, old), old, new, body)
+        count = _count_in_contact(int(run.body.known[GROUPED]), now.active, old)
+        call(body.form, None, (springs, count, old, new, body))
     if body.known[GROUPED] == 0.0:
         if machine == 0.0 and not lift:  # separated bodies rest on each other before a force presses
             here = max(here, _separation(springs, old, now.active))
@@ -249,9 +248,10 @@ def move_to(
     springs, body = run.springs, run.body
     sudden = body.viscosity > 0.0 and now.duration == 0.0
     if sudden:
-        dissolve_group(old, body)
+        call(body.dissolve, None, (old, body))
     elif body.known[GROUPED] == 0.0:
-        form_group(springs, _count_in_contact(int(body.known[GROUPED]), now.active, old), old, new, body)
+        count = _count_in_contact(int(body.known[GROUPED]), now.active, old)
+        call(body.form, None, (springs, count, old, new, body))
     touched = _count_touched(springs, now.active, now.here if sudden else max(now.here, depth))
     move = straight(body.viscosity, now.here, depth, now.duration)
     grouped = int(body.known[GROUPED])
@@ -261,7 +261,7 @@ def move_to(
         if alone >= 2.0 and least_force(body, move) >= 0.0:
             move_group(body, move.change)
         else:
-            dissolve_group(old, body)
+            call(body.dissolve, None, (old, body))
             every = int(body.known[GROUPED]), touched, CUT
             call(run.step, None, (springs, body, move, every, old, new, run.row))
     return depth, now.here, touched, touched
@@ -314,7 +314,7 @@ def solve_row(
                     move_group(body, move.change)
                 break
             if not stays:
-                dissolve_group(old, body)
+                call(body.dissolve, None, (old, body))
             whole, low, high, out = True, -math.inf, math.inf, 0.0  # with all springs, from here
             continue
         if close or ends:
@@ -375,7 +375,7 @@ def _must_halve(
     return loads and _bent_loads(run, move.change, touched, states, lift) > straightness * strength
 
 
-@inner
+@merged
 def _bent_loads(
     run: Run, change: float, touched: int, states: tuple[FloatArray, FloatArray, FloatArray], lift: bool
 ) -> float:
@@ -467,14 +467,14 @@ def _follow_rows(
         old, new = new, old
         grouped = int(known[GROUPED])
         if grouped > 0 and is_outgrown(grouped, int(row[COUNT])):
-            dissolve_group(old, body)
+            call(body.dissolve, None, (old, body))
         work += row[WORK]
         dissipated += row[DISSIPATED]
         rows[r, WORK], rows[r, DISSIPATED], rows[r, INDENTATION] = work, dissipated, there
         now, target, done = course[TIME, r], goal, r + 1
     if notes.shape[1] > 0:
         _record_loads(run, here, old, notes, done)
-    dissolve_group(old, body)
+    call(body.dissolve, None, (old, body))
     for i in range(active):
         copy_spring(state, old, i)
     start[0], start[1], start[2], start[3] = now, here, target, active
@@ -579,7 +579,7 @@ def divide(
                 copy_spring(old, new, i)
             moved, grouped = active, int(known[GROUPED])
             if grouped > 0 and is_outgrown(grouped, count):
-                dissolve_group(old, body)
+                call(body.dissolve, None, (old, body))
             done += size
             rows[parts, OWNER], rows[parts, PART] = r, done
             parts += 1

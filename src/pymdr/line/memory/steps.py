@@ -50,6 +50,8 @@ def own_run(run: Run, space: Workspace, i: int) -> Run:
         space.known[i],
         same.crossing,
         same.changes,
+        same.form,
+        same.dissolve,
     )
     return Run(run.springs, body, run.machine, run.limit, space.row[i], run.step, run.history)
 

@@ -14,8 +14,6 @@ import numpy as np
 
 from pymdr.compiling import Addressed, call, inner, merged, uncounted
 from pymdr.line.memory.groups import (
-    dissolve_group,
-    form_group,
     greatest_force,
     group_forces,
     is_outgrown,
@@ -453,15 +451,14 @@ def _group_sticking(
     """Group the springs that may stick over a row; returns the least load of one."""
     body, known = run.body, run.body.known
     if known[GROUPED] == 0.0 and body.viscosity == 0.0:
-        form_group(
-            run.springs, _sticking(run, pressed, r, (int(known[GROUPED]), r), top, old), old, new, body
-        )
+        sticking = _sticking(run, pressed, r, (int(known[GROUPED]), r), top, old)
+        call(body.form, None, (run.springs, sticking, old, new, body))
     least = math.inf
     for i in range(int(known[GROUPED])):
         run.own[_MARGIN, i] = math.inf
         least = min(least, pressed.notes[LOAD, r + 1, i] if pressed.notes[GAP, r + 1, i] < 0.0 else 0.0)
     if not least > 0.0:
-        dissolve_group(old, body)
+        call(body.dissolve, None, (old, body))
     return least
 
 
@@ -499,7 +496,7 @@ def _shift(
             most = greatest_force(body, du)
             sticking = _sticking(run, pressed, r, (grouped, r + 1), top, new)
             if tries > _TRIES or most > run.friction * least or sticking < grouped + 2:
-                dissolve_group(old, body)  # all springs, one by one
+                call(body.dissolve, None, (old, body))  # all springs, one by one
                 low, high, out, tries = -math.inf, math.inf, 0.0, 0
                 continue
         if close:
@@ -557,10 +554,10 @@ def shear(
         if grouped > 0:
             move_group(body, du)
             if is_outgrown(grouped, sticking):
-                dissolve_group(old, body)
+                call(body.dissolve, None, (old, body))
         here, before, followed = here + du if forced else goal, du, r + 1
         rows[r, SHIFT] = here
-    dissolve_group(old, body)
+    call(body.dissolve, None, (old, body))
     for i in range(top):
         copy_spring(state, old, i)
     return followed
