@@ -1051,3 +1051,25 @@ def test_an_output_that_is_a_file_is_refused_before_the_work(tmp_path, monkeypat
         "[path 1] key 'normal_force' is missing; write for example normal_force = '50 N'"
         in shell("run", case)[2]
     )
+
+
+def test_pull_off_takes_the_tables_of_its_case(tmp_path, shell):
+    """The largest pull of JKR is 3/2 pi w R under a dead load, and 5/6 pi w R under a held depth."""
+    case = tmp_path / "gel.toml"
+    text = (
+        "[profile]\nkind = 'paraboloid'\nradius = '1 mm'\n[body]\nkind = 'elastic'\nyoung = '30 kPa'\npoisson = 0.5\n"
+        "[adhesion]\nkind = 'jkr'\nwork = '50 mJ/m^2'\n"
+    )
+    unit = np.pi * 50e-3 * 1e-3
+    for tables, options, factor in (
+        ("", (), 5 / 6),
+        ("[solve]\nmachine_stiffness = 0\n", (), 3 / 2),
+        ("[solve]\nmachine_stiffness = 0\n[pull_off]\nmachine_stiffness = '1e9 N/m'\n", (), 5 / 6),
+        ("[pull_off]\nmachine_stiffness = '1e9 N/m'\n", ("--machine-stiffness", "0"), 3 / 2),
+    ):
+        case.write_text(text + tables)
+        study = json.loads(shell("pull-off", case, *options, "--json")[1])["study"]
+        assert study["normal_force"]["values"][0] == pytest.approx(-factor * unit, rel=1e-6)
+    case.write_text(text + "[solve]\ntolerance = 1e-4\n")
+    status, _, error = shell("pull-off", case)
+    assert (status, "tolerance = 0.0001; it is for MaugisDugdale" in error) == (1, True)

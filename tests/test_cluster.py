@@ -96,11 +96,11 @@ def killed_at_its_second_part(mark):
         name = "killed"
 
         def setup(self, worker):
-            self.begun = 0
+            self.started = 0
 
         def transition(self, key, start, finish, **more):
-            self.begun += finish == "executing"
-            if self.begun == 2 and not mark.exists():
+            self.started += finish == "executing"
+            if self.started == 2 and not mark.exists():
                 mark.touch()
                 os.kill(os.getpid(), signal.SIGKILL)
 

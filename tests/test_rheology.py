@@ -257,8 +257,8 @@ def test_modes_of_a_power_over_twelve_decades_creep_as_its_closed_form(exponent)
     assert fraction @ back == pytest.approx(participation, rel=1e-13)
     t = np.geomspace(*span, 200)
     x = decay * t[:, None]
-    crept = np.where(x > 0.0, -np.expm1(-x) / np.where(x > 0.0, decay, 1.0), t[:, None]) @ participation**2
-    creep = (1.0 + crept) / kernel.glassy
+    delayed = np.where(x > 0.0, -np.expm1(-x) / np.where(x > 0.0, decay, 1.0), t[:, None]) @ participation**2
+    creep = (1.0 + delayed) / kernel.glassy
     assert creep == pytest.approx(kernel.retardation(t), rel=1e-13)
     assert creep == pytest.approx(law.creep(t), rel=kernel.error)
     assert kernel.error < 1e-5

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,14 +28,18 @@ def contact_studies(case: Case) -> dict[str, Study]:
 
         studies["shakedown"] = shakedown(case.contact, **case.outputs["shakedown"])
     if "pull_off" in case.outputs:
-        taken = ("machine_stiffness", "tolerance")
-        given: dict[str, Any] = {name: case.options[name] for name in taken if name in case.options}
-        studies["pull_off"] = pull_off_of(case.contact, **{**given, **case.outputs["pull_off"]})
+        given = pull_off_arguments(case.options, case.outputs["pull_off"])
+        studies["pull_off"] = pull_off_of(case.contact, **given)
     if "wear" in case.outputs:
         from pymdr.solving.wear import wear
 
         studies["wear"] = wear(case.contact, case.path, **case.outputs["wear"])
     return studies
+
+
+def pull_off_arguments(solve: Mapping[str, Any], pull_off: Mapping[str, Any]) -> dict[str, Any]:
+    """Arguments of :func:`pull_off_of` from the tables ``[solve]`` and ``[pull_off]`` of a case."""
+    return {**{name: solve[name] for name in ("machine_stiffness", "tolerance") if name in solve}, **pull_off}
 
 
 def pull_off_of(contact: Contact, *, edge: bool = False, **given: Any) -> Study:

@@ -163,7 +163,7 @@ def pull_off(
         str | None, typer.Option(help="With memory: speed of approach, such as '10 um/s'.")
     ] = None,
     machine_stiffness: Annotated[
-        str | None, typer.Option(help="Such as '5 N/m'; by default infinite; 0 is a dead load.")
+        str | None, typer.Option(help="Such as '5 N/m'; by default of [solve], or infinite; 0: dead load.")
     ] = None,
     edge: Annotated[
         bool, typer.Option("--edge", help="With memory: work of the edge over its speed instead.")
@@ -174,21 +174,26 @@ def pull_off(
     points: Points = None,
 ) -> tuple[str, Study]:
     """Pull-off of an adhesive contact; needs no [[path]]."""
-    from pymdr.workbench.case_studies import pull_off_of
-    from pymdr.workbench.casefile import read_contact
+    from pymdr.workbench.case_studies import pull_off_arguments, pull_off_of
+    from pymdr.workbench.casefile import read_contact, read_tables
 
     title, contact = read_contact(case)
-    return title, pull_off_of(
-        contact,
-        machine_stiffness=machine_stiffness,
-        pressed_to=pressed_to,
-        preload=preload,
-        speed=None if speed is None else spread(speed, points, "m/s", "speed"),
-        dwell=None if dwell is None else values_of(dwell),
-        approach_speed=approach_speed,
-        edge=edge,
-        tolerance=tolerance,
-    )
+    tables = read_tables(case)
+    of_case = pull_off_arguments(tables.get("solve", {}), tables.get("pull_off", {}))
+    if preload is not None or pressed_to is not None:
+        of_case = {name: value for name, value in of_case.items() if name not in ("preload", "pressed_to")}
+    options = {
+        "machine_stiffness": 0.0 if machine_stiffness == "0" else machine_stiffness,
+        "pressed_to": pressed_to,
+        "preload": preload,
+        "speed": None if speed is None else spread(speed, points, "m/s", "speed"),
+        "dwell": None if dwell is None else values_of(dwell),
+        "approach_speed": approach_speed,
+        "edge": edge or None,
+        "tolerance": tolerance,
+    }
+    given = {name: value for name, value in options.items() if value is not None}
+    return title, pull_off_of(contact, **{**of_case, **given})
 
 
 @study_command("fatigue")
