@@ -674,6 +674,25 @@ def test_forces_on_a_machine_are_those_at_the_depths_of_its_travels(size, modulu
     assert np.abs(force - there).max() < 1e-8 * np.ptp(force)
 
 
+def test_the_range_of_maugis_is_sought_in_steps_that_do_not_leap_over_its_valley():
+    """Steps of a factor of 4 ended at 3.5 times the strength, with 1.7 times the noise."""
+    young, work, strength, noise = 127.8e3, 44.5e-3, 4088.0, 9.5e-7
+    tip = mdr.Paraboloid("122.9 um")
+
+    def contact(young, work):
+        return mdr.Contact(tip, mdr.Elastic(young, 0.5), adhesion=mdr.MaugisDugdale(work, strength=strength))
+
+    depth = np.concatenate([np.linspace(-2.4e-5, 5.1e-6, 200), np.linspace(5.1e-6, -2.4e-5, 200)])
+    force = mdr.solve(contact(young, work), mdr.Path(indentation=depth))["normal_force"].values
+    force = force + noise * np.random.default_rng(84).normal(size=depth.size)
+    curve = mdr.MeasuredCurve(force=force, indentation=depth)
+    start = contact(2.33 * young, 0.205 * work)
+    fit = mdr.fit(start, curve, ["body.young", "adhesion.work", "adhesion.strength"])
+    assert fit.noise == pytest.approx(noise, rel=0.1)
+    for name, value in (("body.young", young), ("adhesion.work", work), ("adhesion.strength", strength)):
+        assert abs(fit[name].value - value) < 4.0 * fit[name].error
+
+
 def test_an_adhesive_hyperboloid_on_a_soft_machine_starts_from_its_family():
     """A machine of 0.07 of Young's modulus times the radius, on which the depths of samples are noise."""
     radius, young, work, spring = 1.2178844857087664e-6, 6995.6, 3.5329e-5, 6.1742e-4

@@ -38,7 +38,7 @@ from pymdr.solving.fits.unknowns import (
 )
 from pymdr.units import FloatArray, written
 
-_STARTS, _COARSE, _FINE = 4, 14, 13
+_STARTS, _COARSE, _SOME, _FINE = 4, 14, 28, 13
 _LIKE_NOISE = 1.0
 """Smallest ratio of squared differences between neighbours to squared residuals of noise; 2 for white noise."""
 _BOUNDED = f", or free both {' and '.join(WORKS)}: a fixed one bounds the other"
@@ -49,7 +49,7 @@ _SLIGHTLY = 1e-4
 _FINE_ENOUGH = 1e-3
 """Tolerance of a sum of squares that is compared with a limit, relative to that limit."""
 _FROM_FAMILY = 1e-5
-"""Tolerance of the sum of squares of a search from the end of that over a family: it is compared with a limit, and the last search goes on from its end."""
+"""Tolerance of the sum of squares of a search from the end of that over a family or of a limit: it is compared with a limit, and the last search goes on from its end."""
 _AS_WELL = 1e-11
 """Relative difference below which two sums of squares are equal."""
 
@@ -84,7 +84,7 @@ def best_end(search: Search, tolerance: float = TOLERANCE) -> End:
             starts(monotone.contact, monotone.unknowns, curve, monotone.known, _STARTS)
             for curve in monotone.curves
         ]
-    if quick is not None and not followed.jumps:
+    if (quick is not None or nearby is not None) and not followed.jumps:
         tolerance = max(tolerance, _FROM_FAMILY)
     ends = []
     for rank in range(max(map(len, starts_by_curve))):
@@ -111,7 +111,7 @@ def best_end(search: Search, tolerance: float = TOLERANCE) -> End:
 
 def _end_near(search: Search) -> tuple[float, FloatArray]:
     """The smallest misfit in N^2 and its free numbers, as a start: those of a search over a family are not polished."""
-    quick = _quick_start(search)
+    quick = _quick_start(search, _SOME)
     if quick is None:
         return best_end(search)[:2]
     one, _ = quick
@@ -188,8 +188,8 @@ def soft_machine_text(place: FloatArray, force: FloatArray, softness: float) -> 
     )
 
 
-def _quick_start(search: Search) -> tuple[Start, FloatArray] | None:
-    """The end of a search over a family of forces and the errors of its free numbers, if it applies and succeeds."""
+def _quick_start(search: Search, rungs: int | None = None) -> tuple[Start, FloatArray] | None:
+    """The end of a search over a family of forces, of some rungs, and the errors of its free numbers, if it applies and succeeds."""
     unknowns = search.unknowns
     curves = ListedCurves(search.measured)
     at_start = put_into(search.contact, unknowns, np.array([u.start for u in unknowns]))
@@ -201,6 +201,9 @@ def _quick_start(search: Search) -> tuple[Start, FloatArray] | None:
     law = search.contact.adhesion
     if (law is not None and law.cohesive_stress is not None) or _is_of_layers(request, axes):
         request = _nearby(request, axes, stretch)
+    elif rungs is not None and axes.number is not None:
+        whole = whole_ladder(request.contact, axes.number, float(depth_ranges(stretch)[0]))
+        request = replace(request, ladder=whole._replace(rungs=rungs))
     fitted = fit_by_family(request, axes, stretch).columns
     if fitted["ending"][0] == AT_END and request.ladder is not None and _is_of_layers(request, axes):
         # coarse steps may lead to another place

@@ -16,7 +16,7 @@ from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Elastic, Rigid
 from pymdr.problem.parameters import parameters_of, with_parameters
-from pymdr.solving.fits.forces import BareForces, bare_forces
+from pymdr.solving.fits.forces import AdhesiveForces, BareForces, bare_forces
 from pymdr.solving.fits.unknowns import Unknown
 from pymdr.units import FloatArray, written
 
@@ -27,7 +27,8 @@ _SIZES = (0.1, 10.0)
 """Range of a size, relative to its start."""
 _FARTHEST = 300.0
 """Limit of the logarithm of a scale, which diverges if a record has no contact."""
-WORK = "adhesion.work"
+WORK, RANGES = "adhesion.work", ("adhesion.strength", "adhesion.range")
+"""Names of the work of adhesion, and of what limits of a law do not have."""
 
 
 @dataclass(frozen=True)
@@ -115,30 +116,50 @@ def axes_of(contact: Contact, unknowns: Sequence[Unknown]) -> FamilyAxes | None:
     law = contact.adhesion
     if law is not None and not theory_of(law).proportional(law):
         return None
-    moduli = [p.name for p in parameters_of(contact) if p.unit == "Pa"]
-    fraction = 1.0
-    scale = next((i for i, u in enumerate(unknowns) if u.name in moduli), None)
+    scale = next((i for i, u in enumerate(unknowns) if u.name in _moduli(contact)), None)
     others = [i for i in range(len(unknowns)) if i != scale]
-    if scale is not None:
-        bodies = {
-            "body.young": (contact.body, contact.counterbody),
-            "counterbody.young": (contact.counterbody, contact.body),
-        }
-        own, other = bodies.get(unknowns[scale].name, (None, None))
-        if isinstance(own, Elastic) and (other is None or isinstance(other, Elastic | Rigid)):
-            fraction = (
-                (1.0 - own.poisson**2)
-                / own.young
-                * effective_moduli(contact.body, contact.counterbody).normal
-            )
-        elif len(moduli) > 1:
-            return None
+    fraction = 1.0 if scale is None else fraction_of_compliance(contact, unknowns[scale].name)
+    if fraction is None:
+        return None
     work = None
     if contact.adhesion is not None and scale is not None:
         work = Unknown(WORK, "J/m^2", 0.0, math.inf, contact.adhesion.work)
     if len(others) > 1 or (others and work is not None and unknowns[others[0]].name != WORK):
         return None
     return FamilyAxes(tuple(unknowns), scale, others[0] if others else None, work, fraction)
+
+
+def _moduli(contact: Contact) -> list[str]:
+    """Names of the moduli of the bodies."""
+    return [p.name for p in parameters_of(contact) if p.unit == "Pa" and not p.name.startswith("adhesion.")]
+
+
+def fraction_of_compliance(contact: Contact, name: str) -> float | None:
+    """The fraction of the compliance of both bodies that belongs to a modulus; None if it is not one number."""
+    pairs = {
+        "body.young": (contact.body, contact.counterbody),
+        "counterbody.young": (contact.counterbody, contact.body),
+    }
+    own, other = pairs.get(name, (None, None))
+    if isinstance(own, Elastic) and isinstance(other, Elastic | Rigid):
+        return (1.0 - own.poisson**2) / own.young * effective_moduli(own, other).normal
+    return 1.0 if _moduli(contact) == [name] else None
+
+
+def effects_of(contact: Contact, forces: AdhesiveForces, depth: FloatArray) -> dict[str, FloatArray]:
+    """Rates of an adhesive force in N over the logarithms of parameters of a contact, by their names, at prescribed depths in m."""
+    law = contact.adhesion
+    assert law is not None
+    parameters = {p.name for p in parameters_of(contact)}
+    of_modulus, of_area, together = forces.effects(depth)
+    of_work, of_strength = law.work * of_area, together - of_modulus - law.work * of_area
+    fractions = {name: fraction_of_compliance(contact, name) for name in _moduli(contact)}
+    effects = {name: part * of_modulus for name, part in fractions.items() if part is not None}
+    if WORK in parameters:
+        effects[WORK] = together - of_modulus if theory_of(law).proportional(law) else of_work
+    if law.cohesive_stress is not None and WORK in parameters:
+        effects |= dict(zip(RANGES, (of_strength, -of_strength), strict=True))
+    return effects
 
 
 @dataclass(frozen=True, eq=False)

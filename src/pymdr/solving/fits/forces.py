@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from itertools import pairwise
 from typing import Protocol, TypeAlias
 
 import numpy as np
 
 from pymdr.errors import ProblemError
-from pymdr.line.curves import ElasticLine
+from pymdr.line.curves import ElasticLine, Line
 from pymdr.line.memory import (
     approach_and_retreat,
     divided,
@@ -34,8 +36,9 @@ from pymdr.units import FloatArray, written
 _NODES, _LEAST, _SPRINGS = 256, 8, 300
 _ROWS = 120
 """Smallest number of rows of a record on a machine that is solved by springs."""
-_NARROWED, _BETWEEN = 2, 65
-"""Refinements of a fold, and parameters of each: few calls, because each is slow."""
+_TINY = float(np.finfo(float).tiny)
+_BETWEEN = 65
+"""Parameters of the search of a fold: few calls, because each is slow."""
 _OUTWARD = 1.25 ** np.arange(12)
 _SAME = 1e-9
 _POLISHED = 3
@@ -60,6 +63,14 @@ class AdhesiveForces:
     """In m, increasing, from the fold on."""
     force: FloatArray
     contact_radius: FloatArray
+    cohesive_radius: FloatArray
+    line: Line
+    stress: float
+    """Cohesive stress in Pa around the contact."""
+    touch: int = 0
+    """Index of the first contact, where the curvature is infinite, after cohesion at a distance; 0 without."""
+    compliance: float = 0.0
+    """Compliance in m/N of the machine whose travels are the depths; 0 for depths."""
 
     @property
     def fold(self) -> float:
@@ -71,18 +82,63 @@ class AdhesiveForces:
         """The last known depth in m, beyond which the force is extrapolated along its tangent."""
         return float(self.depth[-1])
 
-    @cached_property
-    def _cubics(self) -> tuple[FloatArray, FloatArray]:
-        """F over the root of the distance from the fold, where it is smooth: knots and coefficients of a spline."""
-        knots = np.sqrt(self.depth - self.fold)
-        return knots, cubic_spline(knots, self.force, None)
+    @property
+    def _knots(self) -> FloatArray:
+        """Roots of the distance from the fold, over which the states are smooth."""
+        return np.sqrt(self.depth - self.fold)
 
-    def _at_roots(self, root: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Force in N and its slope over the root of the distance from the fold."""
-        knots, cubics = self._cubics
+    def _spline(self, values: FloatArray) -> FloatArray:
+        """Coefficients of splines over the roots before and after the first contact."""
+        ends = [0, self.touch, self._knots.size - 1] if self._splits else [0, self._knots.size - 1]
+        parts = [slice(low, high + 1) for low, high in pairwise(ends)]
+        return np.hstack([cubic_spline(self._knots[part], values[part], None) for part in parts])
+
+    @property
+    def _splits(self) -> bool:
+        """Whether there are enough states on both sides of the first contact."""
+        return _LEAST <= self.touch <= self._knots.size - 1 - _LEAST
+
+    @cached_property
+    def _cubics(self) -> FloatArray:
+        """Coefficients of F."""
+        return self._spline(self.force)
+
+    def _energy_cubics(self) -> tuple[FloatArray, FloatArray]:
+        """Coefficients of the elastic energy and of the area inside of the cohesive zone."""
+        line, a, c = self.line, self.contact_radius, self.cohesive_radius
+        opening = np.where(a > 0.0, line.depth(a), 0.0) - self.depth + self.compliance * self.force
+        elastic = line.energy(a) + opening * (0.5 * line.stiffness(a) * opening - line.force(a))
+        elastic += 4.0 * self.stress**2 / line.modulus * (c - a) ** 2 * (2.0 * c + a) / 3.0
+        return self._spline(elastic), self._spline(math.pi * c**2)
+
+    def _at_roots(self, root: FloatArray, cubics: FloatArray | None = None) -> tuple[FloatArray, FloatArray]:
+        """A spline, by default that of the force in N, and its slope over the root of the distance from the fold."""
+        knots = self._knots
         panel = np.clip(np.searchsorted(knots, root, side="right") - 1, 0, knots.size - 2)
-        x, (cubic, square, slope, value) = root - knots[panel], cubics[:, panel]
+        cubic, square, slope, value = (self._cubics if cubics is None else cubics)[:, panel]
+        x = root - knots[panel]
         return value + x * (slope + x * (square + x * cubic)), slope + x * (2.0 * square + 3.0 * x * cubic)
+
+    def effects(self, depth: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """
+        Rates of the force over the logarithm of the modulus in N, the work at a constant stress in m, and the logarithm of all together in N.
+
+        The energy of an equilibrium is stationary, so that the rate of its derivative F = dU/dd over a parameter is the derivative of the rate of
+        the energy over the parameter: that of the elastic energy over the modulus, -pi c^2 over the work.
+        """
+        deepest = math.sqrt(self.end - self.fold)
+        least = np.array([0.0, 1e-3 * deepest])
+        root = np.concatenate([least, np.sqrt(np.clip(depth - self.fold, least[1] ** 2, deepest**2))])
+        force, rise = self._at_roots(root)
+        elastic, area = (self._at_roots(root, cubics)[1] for cubics in self._energy_cubics())
+        before, effects = depth < self.fold, []
+        # half slopes over the root are those over the depth, times the root
+        for half in (0.5 * elastic, -0.5 * area, force * (root - 0.5 * self.compliance * rise)):
+            moved = -2.0 * half[0] / rise[0] if rise[0] != 0.0 else 0.0
+            curved = (rise[1] - rise[0]) / least[1]
+            of_fold = (half[1] - half[0]) / least[1] + 0.5 * curved * moved
+            effects.append(np.where(before, of_fold, half[2:] / root[2:]))
+        return effects[0], effects[1], effects[2]
 
     def radius(self, depth: FloatArray) -> FloatArray:
         """Contact radius in m at depths in m."""
@@ -120,7 +176,10 @@ class AdhesiveForces:
             turning = float(root[low])
             if rates[0] < 0.0 < rates[1]:
                 turning = float(brentq(lambda x: float(rate(np.array([x]))[0]), *ends))
-        root = np.linspace(turning, deepest, _NODES)
+        root, touch = np.linspace(turning, deepest, _NODES), self._knots[self.touch]
+        if self._splits and turning < touch:
+            half = np.linspace(0.0, 1.0, _NODES // 2)
+            root = np.append(turning + (touch - turning) * half[:-1], touch + (deepest - touch) * half**2)
         force = self._at_roots(root)[0]
         depth = self.fold + root**2
         travels = depth + compliance * force
@@ -130,7 +189,14 @@ class AdhesiveForces:
                 f"fit: the search reached an adhesive contact that is unstable at every depth of the record on the machine of "
                 f"{written(1.0 / compliance, 'N/m', 4)}; check spring_constant and the units of the record, or start nearer to its modulus and work"
             )
-        return AdhesiveForces(travels[rises], force[rises], self.radius(depth[rises]))
+        radius, cohesive_radius = (
+            np.maximum(self._at_roots(root[rises], self._spline(own))[0], 0.0)
+            for own in (self.contact_radius, self.cohesive_radius)
+        )
+        first = int(np.searchsorted(root[rises], touch)) if self._splits and turning < touch else 0
+        return AdhesiveForces(
+            travels[rises], force[rises], radius, cohesive_radius, self.line, self.stress, first, compliance
+        )
 
 
 @dataclass(frozen=True)
@@ -275,15 +341,10 @@ def _adhesive(contact: Contact, deepest: float, compliance: float) -> AdhesiveFo
         return _adhesive(contact, deepest, 0.0).on_machine(compliance)
     line = AdhesiveLine(contact)
     states, last = line.equilibria.states, _parameter_at_depth(line, deepest)
-    s = line.equilibria.start + last * np.linspace(0.0, 1.0, _NODES) ** 2
-    lowest = int(np.argmin(states(s).indentation))
-    low, high = s[max(lowest - 1, 0)], s[min(lowest + 1, s.size - 1)]
-    for _ in range(_NARROWED):
-        inner = np.linspace(low, high, _BETWEEN)
-        at = int(np.argmin(states(inner).indentation))
-        low, high = inner[max(at - 1, 0)], inner[min(at + 1, _BETWEEN - 1)]
-    first = float(inner[at])
-    s = first + (last - first) * np.linspace(0.0, 1.0, _NODES) ** 1.5
+    first = _fold(lambda s: states(s).indentation, line.equilibria.start, last)
+    s, touch = first + (last - first) * np.linspace(0.0, 1.0, _NODES) ** 1.5, line.equilibria.contact
+    if first < touch < last:
+        s = np.sort(np.append(s, touch))
     states_from_fold = states(s)
     rises = np.append(True, np.diff(np.maximum.accumulate(states_from_fold.indentation)) > 0.0)
     if np.any(
@@ -304,7 +365,24 @@ def _adhesive(contact: Contact, deepest: float, compliance: float) -> AdhesiveFo
         states_from_fold.indentation[rises],
         states_from_fold.normal_force[rises],
         states_from_fold.contact_radius[rises],
+        states_from_fold.cohesive_radius[rises],
+        line.line,
+        line.law.cohesive_stress or 0.0,
+        int(np.searchsorted(s[rises], touch)) if first < touch < last else 0,
     )
+
+
+def _fold(depth: Callable[[FloatArray], FloatArray], start: float, last: float) -> float:
+    """The parameter in m of the smallest depth, from two scans and a parabola."""
+    s = start + last * np.linspace(0.0, 1.0, _BETWEEN) ** 2
+    lowest = int(np.argmin(depth(s)))
+    s = np.linspace(s[max(lowest - 1, 0)], s[min(lowest + 1, _BETWEEN - 1)], _BETWEEN)
+    depths = depth(s)
+    at = int(np.argmin(depths))
+    if not 0 < at < _BETWEEN - 1:
+        return float(s[at])
+    before, after = depths[at - 1] - depths[at], depths[at + 1] - depths[at]
+    return float(s[at] + 0.5 * (s[1] - s[0]) * (before - after) / max(before + after, _TINY))
 
 
 def _parameter_at_depth(line: AdhesiveLine, deepest: float) -> float:

@@ -14,16 +14,15 @@ from pymdr.line.adhesion import maugis_parameter
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.problem.contact import Contact
 from pymdr.problem.parameters import parameters_of, with_parameters
+from pymdr.solving.fits.families import RANGES
 from pymdr.solving.fits.searching import Search
 from pymdr.solving.fits.starting import Start
 from pymdr.solving.fits.unknowns import BASELINE, TILT
 from pymdr.units import FloatArray
 
-_OF_RANGE = ("adhesion.range", "adhesion.strength")
-"""Unknowns that limits of a law do not have."""
-_LAMBDAS, _FACTORS = np.geomspace(0.1, 6.4, 4), (2.0, 2.0**0.5)
-"""Maugis' parameters of the first ranges, and factors of the ranges next to the best one."""
-_RATIOS = np.geomspace(1.0 / 16.0, 16.0, 5)
+_LAMBDAS, _NEXT = np.geomspace(0.1, 6.4, 7), 2.0**0.5
+"""Maugis' parameters of the first ranges, and factor of the ranges next to the best one: the valley of the least misfit may be a factor of 4 wide."""
+_RATIOS = np.geomspace(1.0 / 16.0, 16.0, 9)
 """The first ranges relative to that of the start, where Maugis' parameter is not defined."""
 _MOST = 2
 """Number of starts."""
@@ -55,7 +54,7 @@ def starts_from_limits(search: Search, ending: Ending) -> list[list[Start]] | No
         _limit(search, replace(search.contact, adhesion=one), ending) for one in theory_of(law).limits(law)
     ]
     fitted = [one for one in limits if one is not None]
-    if fitted and any(u.name in _OF_RANGE for u in search.unknowns):
+    if fitted and any(u.name in RANGES for u in search.unknowns):
         fitted = _over_ranges(search, min(fitted, key=lambda one: one.misfit).values, ending) or fitted
     if not fitted:
         return None
@@ -76,7 +75,7 @@ def starts_from_limits(search: Search, ending: Ending) -> list[list[Start]] | No
 
 def _limit(search: Search, contact: Contact, ending: Ending) -> _Limit | None:
     """The end of the search of another law without an unknown range; None if it cannot be fitted."""
-    own = {p.name for p in parameters_of(contact)} - set(_OF_RANGE)
+    own = {p.name for p in parameters_of(contact)} - set(RANGES)
     unknowns = tuple(u for u in search.unknowns if u.name in own)
     bare = replace(search, contact=contact, unknowns=unknowns)
     try:
@@ -108,10 +107,10 @@ def _over_ranges(search: Search, near: dict[str, float], ending: Ending) -> list
 
     for length in ranges.tolist():
         try_out(length)
-    for factor in _FACTORS if ends else ():
+    if ends:
         best = min(ends, key=lambda length: ends[length].misfit)
-        try_out(best * factor)
-        try_out(best / factor)
+        try_out(best * _NEXT)
+        try_out(best / _NEXT)
     return list(ends.values())
 
 

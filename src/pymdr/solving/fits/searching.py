@@ -16,7 +16,8 @@ from pymdr.line.soft.springs import FINE, ZoneLevel
 from pymdr.numerics.panels import IndexArray
 from pymdr.problem.contact import Contact
 from pymdr.solving.curves import MeasuredCurve
-from pymdr.solving.fits.forces import forces_of, modelled
+from pymdr.solving.fits.families import RANGES, effects_of
+from pymdr.solving.fits.forces import AdhesiveForces, Forces, forces_of, modelled
 from pymdr.solving.fits.loops import ShearRecord
 from pymdr.solving.fits.touching import BoolArray
 from pymdr.solving.fits.unknowns import (
@@ -49,6 +50,8 @@ class Modelled(NamedTuple):
     touches: BoolArray
     rate: FloatArray
     """Of the model over the position in N/m; NaN where it is not known."""
+    forces: Forces | None = None
+    """Those of the model over the position; None of friction."""
 
 
 @dataclass(frozen=True)
@@ -177,8 +180,9 @@ class Search:
         """
         Rates of the residuals, one column per free number, or per one of some.
 
-        Those over the origins and over a common factor of all forces are known where the model has a stiffness; others are differences. The
-        samples in contact stay the same: with adhesion the force jumps where one gets in or out of contact.
+        Those over the origins and over a common factor of all forces are known where the model has a stiffness, those over moduli and laws of
+        adhesion too, those over a range or strength to the accuracy of a search; others are differences. The samples in contact stay the same: with
+        adhesion the force jumps where one gets in or out of contact.
         """
         steps = self.steps(_STEP, 1e-2 * _STEP) if steps is None else steps
         numbers = list(range(free.size)) if moving is None else moving.tolist()
@@ -204,11 +208,14 @@ class Search:
             return column
 
         known = own._slopes_over_origins(models)
-        scaled = self.scaled_together
-        total = own._slope_over_scale(models) if scaled and set(scaled) <= set(numbers) else None
+        # where a range has no effect, the difference of large effects is rounding
+        unclear = RANGES if central else ()
+        known |= {i: x for i, x in own._slopes_over_law(free, models).items() if self.names[i] not in unclear}
+        scaled, missing = self.scaled_together, [i for i in self.scaled_together if i not in known]
+        total = own._slope_over_scale(models) if missing and set(scaled) <= set(numbers) else None
         if total is not None:
-            known |= {i: difference(i) for i in scaled[1:]}
-            known[scaled[0]] = total - sum(known[i] for i in scaled[1:])
+            known |= {i: difference(i) for i in missing[1:]}
+            known[missing[0]] = total - sum(known[i] for i in scaled if i != missing[0])
         return np.column_stack([known[i] if i in known else difference(i) for i in numbers])
 
     def _alone(self, i: int) -> tuple[Search, list[int], slice]:
@@ -238,6 +245,21 @@ class Search:
                     slopes[i] = self.origin_scales[i - len(self.unknowns)] * self._used_samples(columns)
                 i += 1
         return slopes
+
+    def _slopes_over_law(self, free: FloatArray, models: Sequence[Modelled]) -> dict[int, FloatArray]:
+        """The columns of :meth:`slopes` over moduli and numbers of a law of adhesion, by their free numbers, where they are known."""
+        if self.contact.adhesion is None or self.shears:
+            return {}
+        contact = put_into(self.contact, self.unknowns, self.from_free(free)[0])
+        columns: dict[int, list[FloatArray]] = {}
+        for curve, one in zip(self.measured, models, strict=True):
+            if not isinstance(one.forces, AdhesiveForces):
+                return {}
+            effects = effects_of(contact, one.forces, one.depth + curve.compliance * one.model)
+            for i, unknown in enumerate(self.unknowns):
+                if unknown.is_size and unknown.name in effects:
+                    columns.setdefault(i, []).append(np.where(one.touches, -effects[unknown.name], 0.0))
+        return {i: self._used_samples(own) for i, own in columns.items()}
 
     @property
     def scaled_together(self) -> tuple[int, ...]:
@@ -316,7 +338,7 @@ def _modelled(
     deepest = max(float(np.ptp(curve.depth)), float(position.max() - curve.compliance * force.max()))
     forces = forces_of(contact, deepest, curve.compliance, curve.time, zone)
     model, touches, rate = modelled(forces, position, force, touches)
-    return Modelled(position - curve.compliance * model, force, model, touches, rate)
+    return Modelled(position - curve.compliance * model, force, model, touches, rate, forces)
 
 
 def _from_middle(position: FloatArray) -> FloatArray:

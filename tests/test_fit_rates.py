@@ -1,0 +1,77 @@
+"""The forces that fits tabulate and their rates over moduli and laws of adhesion, against contacts solved one by one."""
+
+import numpy as np
+import pytest
+
+import pymdr as mdr
+from pymdr.problem.parameters import parameters_of, with_parameters
+from pymdr.solving.equilibria import AdhesiveLine
+from pymdr.solving.fits.families import effects_of
+from pymdr.solving.fits.forces import forces_of
+
+WORK, MODULUS, RADIUS = 8e-3, 1e7, 1e-6
+BODIES = mdr.Elastic(MODULUS, 0.3), mdr.Elastic(3.0 * MODULUS, 0.4)
+
+
+def tip():
+    r = np.linspace(0.0, 2.0 * RADIUS, 60)
+    height = r**2 / (2.0 * RADIUS) * (1.0 + 0.05 * np.sin(3.0 * r / RADIUS))
+    return mdr.Sampled(radius=r, height=height, interpolation=mdr.CubicSpline(tip="round"))
+
+
+def solved(contact, depth, compliance):
+    """Forces in N at depths or travels of the last branch, whose parameters are bisected one by one."""
+    states = AdhesiveLine(contact).equilibria.states
+
+    def travel(s):
+        return (rows := states(s)).indentation + compliance * rows.normal_force
+
+    grid = np.linspace(0.0, 1.5 * RADIUS, 401)
+    low = np.full(depth.shape, grid[np.argmin(travel(grid))])
+    high = np.full(depth.shape, grid[-1])
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        above = travel(middle) > depth
+        low, high = np.where(above, low, middle), np.where(above, middle, high)
+    return states(low).normal_force
+
+
+@pytest.mark.parametrize(
+    ("profile", "law", "compliance"),
+    [
+        (mdr.Paraboloid(RADIUS), mdr.JKR(WORK), 0.5),
+        (mdr.Paraboloid(RADIUS), mdr.DMT(WORK), 0.0),
+        (mdr.Paraboloid(RADIUS), mdr.MaugisDugdale(WORK, strength=4e5), 0.5),
+        (mdr.Cone(slope=0.3), mdr.MaugisDugdale(WORK, range="5 nm"), 0.0),
+        (tip(), mdr.JKR(WORK), 0.0),
+    ],
+)
+def test_rates_over_parameters(profile, law, compliance):
+    contact = mdr.Contact(profile, *BODIES, adhesion=law)
+    forces = forces_of(contact, 1e-7, compliance, None)
+    depth = forces.fold + (8e-8 - forces.fold) * np.linspace(0.02, 1.0, 8)
+    effects = effects_of(contact, forces, depth)
+    parameters = {p.name: p.value for p in parameters_of(contact)}
+    assert {"body.young", "counterbody.young", "adhesion.work"} <= set(effects)
+    for name in effects.keys() & parameters.keys():
+        high, low = (
+            solved(with_parameters(contact, {name: parameters[name] * np.exp(step)}), depth, compliance)
+            for step in (1e-4, -1e-4)
+        )
+        differences = (high - low) / 2e-4
+        scale = max(np.abs(differences).max(), 1e-3 * np.ptp(forces.at(depth)[0]))
+        np.testing.assert_allclose(effects[name], differences, atol=1e-4 * scale, rtol=0.0, err_msg=name)
+
+
+@pytest.mark.parametrize("compliance", [0.0, 0.05])
+def test_forces_next_to_the_first_contact(compliance):
+    """The curvature of the force is infinite where a cohesive zone begins to surround a contact."""
+    contact = mdr.Contact(mdr.Paraboloid(RADIUS), BODIES[0], adhesion=mdr.MaugisDugdale(WORK, strength=4e5))
+    forces = forces_of(contact, 1e-7, compliance, None)
+    first = forces.depth[forces.touch]
+    assert forces.contact_radius[forces.touch] == pytest.approx(0.0, abs=1e-3 * RADIUS)
+    depth = first + 0.05 * abs(first) * np.linspace(-1.0, 1.0, 41)
+    force = forces.at(depth)[0]
+    np.testing.assert_allclose(
+        force, solved(contact, depth, compliance), rtol=0.0, atol=1e-7 * np.ptp(forces.force)
+    )
