@@ -1012,3 +1012,18 @@ def test_the_error_of_a_curve_is_claimed_once():
     stiffness, force, energy, _ = closure.error(depths) + closure.given_error(depths)
     for name, error in (("normal_stiffness", stiffness), ("normal_force", force), ("elastic_energy", energy)):
         assert result.claims[name].error == pytest.approx(np.minimum(error, 1.0), rel=1e-6)
+
+
+@settings(max_examples=examples(12), deadline=None)
+@given(st.integers(5, 60), st.floats(-3.0, -1.0), st.floats(-3.0, 0.0))
+def test_depths_below_the_first_point_are_within_their_errors(points, flat, below):
+    """A rounded flat punch: the exponent of its force falls to 1 where the points do not show it."""
+    punch = mdr.Contact(mdr.RoundedFlat(10.0**flat * 1e-3, "1 mm"), PLAIN)
+    curve = mdr.solve(punch, mdr.indent("0.1 um", steps=points)).force_curve()
+    path = mdr.Path(indentation=[10.0**below * 1e-7 / points])
+    true, closed = mdr.solve(punch, path), mdr.solve(mdr.Contact(curve, PLAIN), path)
+    for name in ("normal_force", "normal_stiffness", "elastic_energy"):
+        claim = closed.claims[name]
+        if claim.level is not mdr.Level.NOT_VALID:
+            value = float(closed[name][0])
+            assert abs(float(true[name][0]) - value) <= claim.error[0] * abs(value)

@@ -51,7 +51,7 @@ class Place(NamedTuple):
         """The rounded positions in m."""
         return self.base + self.offset
 
-    def __array__(self, dtype: DTypeLike = None, copy: bool | None = None) -> FloatArray:
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> FloatArray:
         return np.asarray(self.base + self.offset, dtype=dtype)
 
     def take(self, index: Selection) -> Place:

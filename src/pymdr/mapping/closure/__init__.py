@@ -16,6 +16,7 @@ import numpy as np
 
 from pymdr.errors import ProblemError
 from pymdr.mapping.closure.polyline import (
+    BEGINNING,
     LAST,
     OCTAVE,
     Fit,
@@ -121,7 +122,7 @@ def closure_of(curve: ForceCurve) -> Closure:
     -----
     The errors are the largest of the differences to curves through every other point and of twice as many segments, the scatter
     of the points, and their misfit beyond the noise, within a factor of 2 of the depth; below the first of noisy points, to a line and
-    a power of the depth; 1 where the data determine nothing.
+    a power of the depth, below that of others to a power whose exponent goes on changing; 1 where the data determine nothing.
 
     Examples
     --------
@@ -166,7 +167,7 @@ def closure_of(curve: ForceCurve) -> Closure:
 def _errors(whole: Fit, halves: list[Fit]) -> tuple[FloatArray, FloatArray]:
     """Depths, and the errors there, as in `Closure`."""
     deepest = min(fit.deepest for fit in (whole, *halves))
-    innermost = whole.first * (2.0**-_BELOW if whole.segments else 1.0)
+    innermost = whole.first * 2.0 ** -(_BELOW if whole.segments else BEGINNING / OCTAVE)
     number = 1 + math.ceil(OCTAVE * math.log2(deepest / innermost)) if deepest > innermost else 1
     depth = deepest * 2.0 ** -(np.arange(number)[::-1] / OCTAVE)
     others = (whole.finer, *(fit.line for fit in halves))
@@ -186,9 +187,12 @@ def _errors(whole: Fit, halves: list[Fit]) -> tuple[FloatArray, FloatArray]:
     np.maximum.at(values.T, np.clip(np.searchsorted(depth, tried), 0, number - 1), each.T)
     padded = np.pad(values, ((0, 0), (OCTAVE, OCTAVE)), mode="edge")
     spread = np.lib.stride_tricks.sliding_window_view(padded, 2 * OCTAVE + 1, axis=1).max(axis=2)
+    below = depth < whole.first
     if whole.segments:
         spread[:4] = np.maximum(spread[:4], _unmeasured(whole, depth))
-        spread[4, depth < whole.first] = math.inf
+    else:
+        spread[:, below] = np.maximum(spread[:, below], spread[:, [np.count_nonzero(below)]])
+    spread[4, below] = math.inf
     depth[-1] = whole.deepest
     return depth, np.maximum(spread, 1e-15)
 

@@ -20,7 +20,7 @@ _PARTS = 8
 _PATIENCE = 3
 """Number of trials without improvement before the search ends."""
 BLOCK, BLOCKS = 24, 12
-_BEGINNING = 60
+BEGINNING = 60
 """Number of points on a power of the depth before the first point."""
 _SYSTEMATIC = 5.0
 """Largest accepted misfit of a mean of neighbouring points, over its noise."""
@@ -64,15 +64,24 @@ def slopes_rise(depth: FloatArray, force: FloatArray) -> bool:
     return bool(np.all(decreases <= ROUNDING / np.diff(depth)))
 
 
-def with_beginning(depth: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Points preceded by others on the power of the depth through the first two points."""
-    one, two = force[1:3]
-    if not one > 0.0:
+def with_beginning(
+    depth: FloatArray, force: FloatArray, *, changing: bool = False
+) -> tuple[FloatArray, FloatArray]:
+    """Points preceded by others on the power of the depth through the first two points, or on one that goes on changing."""
+    if not force[1] > 0.0:
         return depth, force
-    power = max(math.log(two / one) / math.log(depth[2] / depth[1]), 1.0)
-    part = 2.0 ** -(np.arange(_BEGINNING, 0, -1) / OCTAVE)
-    depth = np.concatenate([[0.0], depth[1] * part, depth[1:]])
-    return depth, np.concatenate([[0.0], one * part**power, force[1:]])
+    u, v = np.log(depth[1:4]), np.log(force[1:4])
+    power = np.diff(v) / np.diff(u)
+    part = np.arange(BEGINNING, -1, -1) * -math.log(2.0) / OCTAVE
+    # twice the change between the first points: it may become faster toward the contact point
+    rate = 4.0 * (power[1] - power[0]) / (u[2] - u[0]) if changing and power.size > 1 else 0.0
+    local = np.maximum(power[0] + rate * (part + 0.5 * (u[0] - u[1])), 1.0)
+    fall = np.append(np.cumsum((0.5 * np.diff(part) * (local[1:] + local[:-1]))[::-1])[::-1], 0.0)
+    before = depth[1] * np.exp(part[:-1]), force[1] * np.exp(-fall[:-1])
+    return (
+        np.concatenate([[0.0], before[0], depth[1:]]),
+        np.concatenate([[0.0], before[1], force[1:]]),
+    )
 
 
 def polyline_through(depth: FloatArray, force: FloatArray) -> Polyline:
@@ -235,7 +244,7 @@ class Fit:
     points: FloatArray
     """Depths of the points in contact."""
     finer: Polyline
-    """The fit with twice as many segments."""
+    """The fit with twice as many segments, or the interpolation with a beginning whose exponent goes on changing."""
     touch: float
     noise: float
     misfit: float
@@ -274,7 +283,7 @@ def fit_points(d: FloatArray, force: FloatArray, touch: float | None) -> Fit:
     met = quiet and slopes_rise(depth, values)
     if met:
         line, segments, off = polyline_through(*with_beginning(depth, values)), 0, None
-        finer = line
+        finer = polyline_through(*with_beginning(depth, values, changing=True))
         noise = misfit = 0.0
         missed = np.zeros(depth.size - 1)
     else:
