@@ -508,7 +508,12 @@ def test_the_shell_moves_a_case(tmp_path, shell, monkeypatch):
         ('"100 us"', '"-1 s"', "above 0 s"),
         ('"100 us"', '"soon"', "cannot read 'soon'"),
         ("steps = 20", "steps = 1", "from 2 to"),
-        ("steps = 20", "accuracy = 2", "below 1"),
+        (
+            "steps = 20",
+            "accuracy = 2",
+            "wrong.toml: [machine] move: accuracy = 2; it must be at least 1e-12 and below 1",
+        ),
+        ("steps = 20", "accuracy = nan", "wrong.toml: [machine] move: accuracy = nan"),
         ('"33 g"', '"0 g"', "above 0 kg"),
     ):
         (tmp_path / "wrong.toml").write_text(CASE.replace(right, wrong))

@@ -169,6 +169,7 @@ def machine_adapter() -> TypeAdapter[Any]:
     from pydantic import ConfigDict, Field, TypeAdapter, create_model
 
     number: Any = int | float | str
+    accuracy: Any = Annotated[float, Field(strict=True, ge=1e-12, lt=1.0, allow_inf_nan=False)]
     bodies, links = (_any_of(kinds) for kinds in (MACHINE_BODIES, MACHINE_LINKS))
     table: Any = create_model(
         "machine",
@@ -176,7 +177,7 @@ def machine_adapter() -> TypeAdapter[Any]:
         __doc__="Masses, rotors and drives, and what acts between them.",
         duration=(number, Field(..., description="of the motion; text with unit, or number in s")),
         steps=(int, Field(1000, description="rows after the first", ge=2, strict=True)),
-        accuracy=(float, Field(1e-3, description="largest change by the last halving of the steps")),
+        accuracy=(accuracy, Field(1e-3, description="largest change by the last halving of the steps")),
         bodies=(_list_of(bodies), Field(..., min_length=1)),
         links=(_list_of(links), Field([])),
     )
