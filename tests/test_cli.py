@@ -197,6 +197,28 @@ def test_messages_begin_with_no_name_of_python(case, shell, tmp_path):
         assert not re.match(r"pymdr: \w+_\w+: ", error)
 
 
+def test_a_noisy_tip_is_told_of_its_one_line(tmp_path, monkeypatch, shell):
+    """And files keep their names, entries are counted from 1."""
+    monkeypatch.chdir(tmp_path)
+    case, table = Path("tip.toml"), Path("Tip.csv")
+    r = np.linspace(0.0, 300.0, 61)
+    f = r**2 / 400.0 + np.random.default_rng(0).normal(0.0, 0.15, 61)
+    f[0] = 0.0
+    rows = ["r [nm],f [nm]", *(f"{x},{y:.4f}" for x, y in zip(r, f, strict=True))]
+    table.write_text("\n".join(rows))
+    case.write_text(
+        "[profile]\nkind = 'sampled'\nfile = 'Tip.csv'\n[body]\nkind = 'elastic'\nyoung = '1 GPa'\npoisson = 0.5\n"
+        "[adhesion]\nkind = 'jkr'\nwork = '20 mJ/m^2'\n"
+    )
+    assert shell("pull-off", case)[2].endswith(
+        "smooth them with interpolation = { kind = 'smoothing_spline' }\n"
+    )
+    table.write_text("\n".join([rows[0], "x,0"]))
+    assert shell("pull-off", case)[2].startswith("pymdr: tip.toml: [profile] Tip.csv, line 2: r [nm] = 'x'")
+    case.write_text(case.read_text().replace("file = 'Tip.csv'", "radius = [0, '1']\nheight = [0, 1e-9]"))
+    assert "[profile] entry 2 of radius: '1' has no unit" in shell("pull-off", case)[2]
+
+
 def test_empty_path_missing_file_and_binary(case, shell, tmp_path):
     case.write_text("path = []\n" + BALL_CASE[: BALL_CASE.index("[[path]]")])
     assert "path" in shell("check", case)[2]

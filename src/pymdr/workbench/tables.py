@@ -446,7 +446,10 @@ def _chosen(file: object, channels: Sequence[str], columns: Mapping[str, FloatAr
     has = [name for name in CHANNELS if name in columns]
     for name in channels:
         if name not in has:
-            raise PathError(f"channels: {file} has no column of {name!r}; it has {', '.join(has) or 'none'}")
+            remedy = f"; give the title of its column, for example channels = {{{name} = 'displacement'}}"
+            raise PathError(
+                f"channels: {file} has no column of {name!r}; it has {', '.join(has) or 'none'}{remedy if name in CHANNELS else ''}"
+            )
     return list(channels)
 
 

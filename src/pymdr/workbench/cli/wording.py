@@ -21,6 +21,10 @@ _OF_SHELL = {
     "give exactly one of normal_force and indentation": "give exactly one of --normal-force and --indentation",
     "give hold=('60 s', '90 s')": "give --hold '60 s to 90 s'",
     "add it to quantities=": "add it with --quantity",
+    "give a smaller least": "give a smaller --least",
+    "or give a Viscoelastic body": "or give a viscoelastic body",
+    "or a plain number in": "or in a case file a number without quotes, in",
+    "interpolation=SmoothingSpline(), in a case file ": "",
     "missing='interpolate', 'crop' or 'keep'": "missing, 'interpolate', 'crop' or 'keep' (--missing, or a key of [surface])",
 }
 """Remedies in Python -> remedies of commands."""
@@ -55,13 +59,26 @@ def error_text(error: BaseException) -> str:
     "wear: write [[path]] kind = 'load', normal_force = '10 N' and [[path]] kind = 'cycle', shift = '1 um'"
     >>> error_text(ValueError("a.toml: [friction] Coulomb.coefficient = -1: it must be at least 0; leave mu= out"))
     'a.toml: [friction] coefficient = -1: it must be at least 0; leave mu out'
+    >>> error_text(ValueError("a.toml: [profile] Sphere.csv: no column; radius[1]: cannot read 'x'"))
+    "a.toml: [profile] Sphere.csv: no column; entry 2 of radius: cannot read 'x'"
     """
     import pymdr
 
+    kinds = _kinds()
+
+    def key(match: re.Match[str]) -> str:
+        is_argument = match[1] in kinds and match[2] in kinds[match[1]].keys
+        return match[2] if is_argument else match[0]  # or a file
+
     functions = "|".join((*(name for name in dir(pymdr) if "_" in name), *_FUNCTIONS))
     message = re.sub(rf"(^|: )(?:{functions}): ", r"\1", in_words_of_shell(str(error)))
-    message = re.sub(r"(?<=\] )[A-Z]\w+\.(?=[a-z])", "", message)
-    return "".join(_with_keys(message)) or "out of memory; use fewer steps"
+    message = re.sub(r"(?<=\] )([A-Z]\w+)\.([a-z]\w*)", key, message)
+    message = re.sub(
+        r"(?:(?<=[:;\]] )|^)([a-z]\w*)\[(\d+)\](?=: )",
+        lambda at: f"entry {int(at[2]) + 1} of {at[1]}",
+        message,
+    )
+    return "".join(_with_keys(message, kinds)) or "out of memory; use fewer steps"
 
 
 class _Kind(NamedTuple):
@@ -92,9 +109,9 @@ def _kinds() -> dict[str, _Kind]:
     return kinds | {"Rings": _Kind("[solve] solver: ", "rings", ("n",))}
 
 
-def _with_keys(message: str) -> Iterator[str]:
+def _with_keys(message: str, kinds: Mapping[str, _Kind]) -> Iterator[str]:
     """The parts of a message with the keys of case files in place of calls of their kinds, and of arguments."""
-    rest, kinds = message, _kinds()
+    rest = message
     while call := re.search(r"(?:\bContact\(\.\.\., )?(?:\b\w+=)?\b(\w+)\(", rest):
         start, end = call.start(1), _closing(rest, call.end() - 1)
         before = rest[: call.start()]
