@@ -392,6 +392,11 @@ def test_fields_keep_their_measured_error_outside_a_ring_that_is_too_narrow_to_c
     assert 0.0 < force.error[0] < claim.error[0] < 1e-9
     assert f"error up to {claim.error[0]:.2g} outside the rings next to concave kinks: " in repr(claim)
     assert force.excluded == ""
+    words = f"{claim.error[0]:.1e} outside the rings next to concave kinks"
+    assert words.replace(" outside", ", outside") in result.summary()
+    assert words in result._repr_html_()
+    result.to_csv(tmp_path / "hollow.csv", about=True)
+    assert words in (tmp_path / "hollow.csv").read_text()
     result.save(tmp_path / "hollow.nc")
     again = mdr.open_result(tmp_path / "hollow.nc").claims["pressure"]
     assert repr(again) == repr(claim)

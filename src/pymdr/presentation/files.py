@@ -151,6 +151,7 @@ def study_json(claims: Mapping[str, Claim], assumptions: Sequence[Assumption], n
                     "source": claim.source,
                     "where": claim.where.tolist(),
                     "error": None if claim.error is None else np.asarray(claim.error).tolist(),
+                    **({"excluded": claim.excluded} if claim.excluded else {}),
                 }
                 for name, claim in claims.items()
             },

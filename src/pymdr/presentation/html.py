@@ -54,7 +54,8 @@ def _error(claim: Claim) -> str:
     error = largest_error(claim)
     if error is None:
         return "not known"
-    return f"{error:.1e}" if error else "rounding"
+    size = f"{error:.1e}" if error else "rounding"
+    return f"{size} outside {escape(claim.excluded)}" if claim.excluded else size
 
 
 def assumptions_html(assumptions: Sequence[Assumption]) -> str:

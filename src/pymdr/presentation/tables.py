@@ -73,6 +73,7 @@ def about_rows(
         error = largest_error(claim)
         if claim.readable:
             size = "not known" if error is None else f"relative errors of up to {error:.1e}"
+            size += f" outside {claim.excluded}" if claim.excluded else ""
             rows.append(("error", name, size))
     rows += [("assumption", a.name, assumption_text(a)) for a in assumptions]
     rows += [("note", "", note) for note in notes]

@@ -143,16 +143,21 @@ def bytes_text(count: int) -> str:
 
 def _claims(claims: Mapping[str, Claim]) -> list[str]:
     lines = ["Claims:"] if claims else []
-    by_claim: dict[tuple[Level, str, str], list[str]] = {}
+    by_claim: dict[tuple[Level, str, str, str], list[str]] = {}
     for name, claim in claims.items():
-        by_claim.setdefault((claim.level, claim.reason, claim.source), []).append(name)
-    for (level, reason, source), names in by_claim.items():
+        by_claim.setdefault((claim.level, claim.reason, claim.source, claim.excluded), []).append(name)
+    for (level, reason, source, excluded), names in by_claim.items():
         lines += [f"  {level.name}: {', '.join(names)}", f"    {reason}", f"    [{source}]"]
         errors = {name: largest_error(claims[name]) for name in names if claims[name].readable}
-        known = [f"{name} {error:.1e}" for name, error in errors.items() if error and error > EXACT_WITHIN]
+        least = -1.0 if excluded else EXACT_WITHIN
+        known = [
+            f"{name} {error:.1e}" for name, error in errors.items() if error is not None and error > least
+        ]
         unknown = [name for name, error in errors.items() if error is None]
         if known:
-            lines.append(f"    relative errors of up to: {', '.join(known)}")
+            lines.append(
+                f"    relative errors of up to: {', '.join(known)}{f', outside {excluded}' if excluded else ''}"
+            )
         if unknown:
             lines.append(f"    relative errors not known: {', '.join(unknown)}")
     return lines

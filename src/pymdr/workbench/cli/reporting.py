@@ -194,6 +194,7 @@ def claims_of(claims: Mapping[str, Claim]) -> dict[str, Any]:
             "source": claim.source,
             "steps_valid": int(claim.where.sum()),
             "error": largest_error(claim),
+            **({"excluded": claim.excluded} if claim.excluded else {}),
         }
         for name, claim in claims.items()
     }
