@@ -16,6 +16,7 @@ import pymdr as mdr
 from common import GEL, STEEL
 from drawing import examples
 from legibility import faults
+from pymdr.presentation.plot.impacts import restitution_study
 from pymdr.presentation.plot.shared import CYCLE, GREY, legend_above, new_figure
 from pymdr.presentation.plot.studies import columns_study
 from pymdr.quantities import parameter_label
@@ -220,6 +221,27 @@ STUDIES = {
 @pytest.mark.parametrize("name", STUDIES)
 def test_figures_of_studies_can_be_read(name):
     assert not faults(STUDIES[name]().plot())
+
+
+def test_loops_of_a_case_are_drawn_with_their_curve():
+    result = mdr.solve(JOINT, mdr.load("50 N") >> mdr.cycle(shift="0.6 um", cycles=3, steps=60))
+    figure = mdr.measured_loops(result).plot()
+    assert not faults(figure)
+    assert [axes.texts[0].get_text() for axes in figure.axes] == [f"({letter})" for letter in "abcdefghi"]
+    assert figure.get_figwidth() <= 12.0
+    x, y = figure.axes[0].lines[0].get_data()
+    assert x == pytest.approx(1e9 * result["shift"].values)
+    assert y == pytest.approx(result["tangential_force"].values)
+
+
+def test_the_largest_value_is_not_cut_where_an_axis_begins_at_zero():
+    speeds = xr.Dataset(
+        {"restitution": ("speed", [0.371, 0.379]), "contact_time": ("speed", [1e-3, math.inf])},
+        coords={"speed": [0.1, 0.3]},
+    )
+    axes = restitution_study(speeds).axes
+    assert axes[0].get_ylim() == (0.0, pytest.approx(1.05 * 0.379))
+    assert axes[1].get_ylim() == (0.0, pytest.approx(1.05))
 
 
 # linear RGB as it is seen without red, green or blue cones (Machado, Oliveira and Fernandes 2009, table 1)

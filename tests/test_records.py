@@ -191,6 +191,10 @@ def test_a_case_follows_a_record_as_python_does(tmp_path):
         ('channels = ["shift"]\n', None),
         ("shift = [1.0]\n", "gives both file and shift"),
         ('channels = ["travel"]\n', "no column of 'travel'"),
+        (
+            'channels = ["travel"]\n',
+            "give the title of its column, for example channels = {travel = 'displacement'}",
+        ),
         ("stesp = 3\n", "unknown key"),
     ):
         case.write_text(text + extra)
@@ -353,7 +357,7 @@ def test_bad_records_are_refused():
     assert "mean" in loops._repr_html_()
     many = mdr.measured_loops(record(np.sin(20.0 * t), np.sin(20.0 * t + 0.1)))
     assert "40 of 63 rows" in str(many)
-    assert len(many.plot().axes) == 5
+    assert len(many.plot().axes) == 6
 
 
 def test_small_cycles_inside_a_cycle_are_named():

@@ -8,9 +8,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from pymdr.deferred import xr
+from pymdr.deferred import mpl, xr
 from pymdr.errors import ProblemError
 from pymdr.interpretation.validity import Claim
+from pymdr.presentation import plot
 from pymdr.problem.values import within_range
 from pymdr.result import Result
 from pymdr.solving.study import Column, Study
@@ -33,10 +34,8 @@ class MeasuredLoops(Study):
     secant_stiffness (N/m), and the rows first_row and last_row, counted from 1. Of a result with friction also
     stick_radius (m), the smallest of the cycle, contact_radius (m), the largest, and peak_shear_traction (Pa), the
     largest at the turning points of the cycle: points between both radii slip in every cycle."""
-    displacement: str
-    """The name of the displacement."""
-    force: str
-    """The name of the force that works on it."""
+    curve: xr.Dataset
+    """A displacement and the force that works on it in all rows, in SI units."""
 
     subject: ClassVar = "measured loops"
     columns: ClassVar = {
@@ -51,8 +50,13 @@ class MeasuredLoops(Study):
         "peak_shear_traction": Column("peak shear", "Pa"),
     }
 
+    def _figure(self) -> mpl.figure.Figure:
+        labels = {name: column.label for name, column in self.columns.items()}
+        return plot.columns_study(self.data, labels, self.curve)
+
     def _remarks(self) -> list[str]:
-        lines = [f"{self.force} over {self.displacement}"]
+        displacement, force = self.curve
+        lines = [f"{force} over {displacement}"]
         if self.data.sizes["cycle"] > 1:
             columns = [
                 (column, self.data[name].values) for name, column in self.columns.items() if name in self.data
@@ -161,7 +165,8 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
         *_small_swings(displacement, u, first, last, threshold),
         *backward_loops(displacement, force, quantities["dissipated_per_cycle"][0]),
     )
-    return MeasuredLoops(data=cycles, displacement=displacement, force=force, claims=claims, notes=notes)
+    both = xr.Dataset({displacement: ("row", u), force: ("row", pull)})
+    return MeasuredLoops(data=cycles, curve=both, claims=claims, notes=notes)
 
 
 def _threshold(least: QuantityLike | None, swing: float, displacement: str) -> float:

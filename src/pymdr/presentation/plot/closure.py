@@ -82,7 +82,7 @@ def draw_stiffness(axes: draw.Axes, curve: CurveData) -> None:
     axes.plot(x, y, color=draw.BLUE, lw=1.5)
     axes.set_xlabel(draw.axis_label("indentation", d_unit))
     axes.set_ylabel(draw.axis_label("normal_stiffness", k_unit))
-    axes.set_ylim(bottom=0.0)
+    draw.begin_at_zero(axes)
 
 
 def draw_line(axes: draw.Axes, curve: CurveData) -> None:

@@ -55,7 +55,7 @@ def _draw_against_load(axes: draw.Axes, data: draw.FigureData, name: str, level:
     if known.size and known.min() > 0.0 and known.max() > 30.0 * known.min():
         axes.set_yscale("log")
     else:
-        axes.set_ylim(bottom=0.0)
+        draw.begin_at_zero(axes)
     axes.set(xlabel=draw.axis_label(along, load_unit), ylabel=draw.axis_label(name, unit))
     draw.legend_above(axes)
 

@@ -36,7 +36,7 @@ def joule_study(data: xr.Dataset, voltage: FloatArray, rise: FloatArray) -> draw
         axes[0].plot(given, data["temperature_rise"].values, few, color=draw.BLUE, ms=4)
         axes[0].set_xlabel(f"voltage $V$ ({unit})")
         axes[0].set_ylabel("largest temperature rise $T_\\mathrm{max} - T_0$ (K)")
-        axes[0].set_ylim(bottom=0.0)
+        draw.begin_at_zero(axes[0])
         draw.legend_above(axes[0])
         if panels == 2:
             current, resistance = data["current"].values, data["cold_resistance"].values
@@ -79,7 +79,7 @@ def frictional_heat_study(data: xr.Dataset, surface: xr.Dataset) -> draw.Figure:
                 x = from_si(v, "m/s", unit)
                 left.plot(x, ordered[name].values, color=colour, marker=few, ms=3, label=label)
         left.set(xlabel=f"speed $v$ ({unit})", ylabel="temperature rise (K)")
-        left.set_ylim(bottom=0.0)
+        draw.begin_at_zero(left)
         draw.legend_above(left)
         if "temperature_rise" in surface:
             r = surface["r"].values
@@ -91,7 +91,7 @@ def frictional_heat_study(data: xr.Dataset, surface: xr.Dataset) -> draw.Figure:
             edge = draw.lengths(np.array(data.attrs["contact_radius"]), r_unit)
             right.axvline(float(edge), color=draw.GREY, lw=0.9, ls=":")
             right.set(xlabel=f"radius $r$ ({r_unit})", ylabel="temperature rise (K)")
-            right.set_ylim(bottom=0.0)
+            draw.begin_at_zero(right)
             draw.legend_above(right)
         else:
             draw.show_text(right, "A force curve does not give\nthe temperature over the radius.")

@@ -82,7 +82,7 @@ def restitution_study(data: xr.Dataset) -> draw.Figure:
             axes.plot(v, values, color=draw.BLUE, lw=1.5, marker=few, ms=3)
             axes.set_xscale("log" if v.size > 1 else "linear")
             axes.set(xlabel=f"speed $v$ ({v_unit})", ylabel=label)
-            axes.set_ylim(bottom=0.0)
+            draw.begin_at_zero(axes)
     return figure
 
 

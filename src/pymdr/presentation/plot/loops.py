@@ -116,7 +116,7 @@ def draw_radius(axes: draw.Axes, course: Course) -> None:
     _draw_path(plane, course, draw.BLUE, QUANTITIES["contact_radius"].label)
     _draw_jumps(plane, course)
     _mark_row(plane, course.data)
-    axes.set_ylim(bottom=0.0)
+    draw.begin_at_zero(axes)
     draw.legend_above(axes)
 
 

@@ -92,4 +92,4 @@ def _draw_curve(axes: draw.Axes, data: xr.Dataset, along: str, up: str) -> None:
     axes.plot(draw.scaled(x, along, x_unit), draw.scaled(y, up, y_unit), "o-", color=draw.BLUE, ms=4, lw=1.3)
     axes.set(xlabel=draw.axis_label(along, x_unit), ylabel=draw.axis_label(up, y_unit))
     axes.set_xlim(left=0.0)
-    axes.set_ylim(bottom=0.0)
+    draw.begin_at_zero(axes)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.resources import files
+from string import ascii_lowercase
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
@@ -284,7 +285,7 @@ def letter_panels(figure: Figure) -> None:
             panels.append(axes)
     if len(panels) < 2:
         return
-    for axes, letter in zip(panels, "abcdefgh", strict=False):
+    for axes, letter in zip(panels, ascii_lowercase, strict=False):
         axes.annotate(
             f"({letter})",
             (0, 1),
@@ -400,6 +401,12 @@ def limit_peaks(axes: Axes, values: FloatArray) -> None:
     top = float(values.max())
     if top > 0.0:
         axes.set_ylim(min(0.0, float(values.min())), 1.12 * top)
+
+
+def begin_at_zero(axes: Axes) -> None:
+    """Start the values at 0, with a margin above the largest."""
+    top = float(axes.dataLim.y1)
+    axes.set_ylim(0.0, 1.05 * top if 0.0 < top < np.inf else None)
 
 
 def limit_rounding(axes: Axes, values: FloatArray) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -15,6 +16,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from pymdr.interpretation.validity import Assumption
+
+_ABREAST = 4
+"""Largest number of panels beside each other."""
 
 
 def loop_study(studies: Sequence[tuple[float | None, xr.Dataset]]) -> draw.Figure:
@@ -78,9 +82,11 @@ def _draw_cubic(axes: draw.Axes, x: FloatArray, y: FloatArray, sliding: FloatArr
         axes.plot(ends, cube, color=draw.GREY, lw=1.0, ls="--", label="cube of the amplitude")
 
 
-def columns_study(data: xr.Dataset, labels: Mapping[str, str]) -> draw.Figure:
+def columns_study(
+    data: xr.Dataset, labels: Mapping[str, str], curve: xr.Dataset | None = None
+) -> draw.Figure:
     """
-    Columns of a study over its rows, a panel each.
+    Columns of a study over its rows, a panel each, after one of a curve.
 
     Parameters
     ----------
@@ -88,12 +94,19 @@ def columns_study(data: xr.Dataset, labels: Mapping[str, str]) -> draw.Figure:
         Over one dimension.
     labels : mapping of str to str
         Axis labels by column.
+    curve : xarray.Dataset, optional
+        Two quantities in SI units, the second over the first.
     """
     (along,) = data.dims
     names = [name for name in labels if name in data.data_vars]
-    with draw.new_figure(2.9 * max(len(names), 1), 2.9) as figure:
-        for i, name in enumerate(names):
-            axes = figure.add_subplot(1, len(names), i + 1)
+    before = int(curve is not None)
+    rows = max(math.ceil((len(names) + before) / _ABREAST), 1)
+    columns = max(math.ceil((len(names) + before) / rows), 1)
+    with draw.new_figure(2.9 * columns, 2.9 * rows) as figure:
+        if curve is not None:
+            _draw_curve(figure.add_subplot(rows, columns, 1), curve)
+        for i, name in enumerate(names, 1 + before):
+            axes = figure.add_subplot(rows, columns, i)
             si = str(data[name].attrs.get("units", ""))
             unit = good_unit(data[name].values, si)
             values = np.asarray(from_si(data[name].values, si, unit))
@@ -103,6 +116,18 @@ def columns_study(data: xr.Dataset, labels: Mapping[str, str]) -> draw.Figure:
             axes.set_ylabel(draw.with_unit(label, unit))
             draw.limit_rounding(axes, values)
     return figure
+
+
+def _draw_curve(axes: draw.Axes, curve: xr.Dataset) -> None:
+    """One quantity over another."""
+    names = [str(name) for name in curve]
+    units = [good_unit(curve[name].values, QUANTITIES[name].unit) for name in names]
+    some = draw.thinned(curve[names[1]].values)
+    x, y = (
+        draw.scaled(curve[name].values[some], name, unit) for name, unit in zip(names, units, strict=True)
+    )
+    axes.plot(x, y, color=draw.BLUE, lw=0.8)
+    axes.set(xlabel=draw.axis_label(names[0], units[0]), ylabel=draw.axis_label(names[1], units[1]))
 
 
 def conditions_study(assumptions: Sequence[Assumption]) -> draw.Figure:

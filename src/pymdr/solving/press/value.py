@@ -196,8 +196,8 @@ class PressedSurface(Study):
         row = int(step) % loads.size
         if not claim.where[row]:
             row = int(np.argmax(np.where(claim.where, loads, -np.inf)))
-        column = self.columns[str(over)]
-        title = f"{column.label} {written(float(loads[row]), column.unit)}, load {row + 1} of {loads.size}"
+        load = written(float(loads[row]), self.columns[str(over)].unit)
+        title = f"{over} {load}, load {row + 1} of {loads.size}".replace("_", " ")
         return plot.pressed_surface(self.data, self.surface.heights, self.field("pressure", row), title)
 
 
