@@ -431,10 +431,11 @@ def test_loops_of_a_saved_result(tmp_path_factory, fraction, cycles):
     result = mdr.solve(joint, mdr.indent("1 um") >> swing)
     file = tmp_path_factory.mktemp("loops") / "result.nc"
     result.save(file)
-    shown = CliRunner().invoke(app, ["loops", str(file)])
-    assert shown.exit_code == 0
-    # the first line is the name of the file
-    assert shown.output.strip().endswith(mdr.measured_loops(result).summary().strip())
+    for place in (file, file.parent):
+        shown = CliRunner().invoke(app, ["loops", str(place)])
+        assert shown.exit_code == 0
+        # the first line is the name of the file
+        assert shown.output.strip().endswith(mdr.measured_loops(result).summary().strip())
 
 
 # --- records after other legs ----------------------------------------------------------------------------

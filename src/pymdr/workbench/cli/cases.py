@@ -256,10 +256,9 @@ def plot(
             raise QuantityError(
                 "plot: --animate and --measure are for the stress inside the bodies; add --stress"
             )
-        file = result_file / "result.nc" if result_file.is_dir() else result_file
-        result = open_result(file)
+        result, own = open_result(result_file), result_file if result_file.is_dir() else result_file.parent
         picture = output is not None and output.suffix.lower() in _PICTURES and not output.is_dir()
-        place = output.parent if output is not None and picture else output or file.parent
+        place = output.parent if output is not None and picture else output or own
         with ready_folder(place) as folder, stages(quiet or as_json) as stage:
             if stress:
                 file = output if output is not None and picture else folder / "stress.png"

@@ -78,7 +78,6 @@ def table(
 
     with failures_as_json("table", result_file, as_json):
         units = named_units(unit or [])
-        file = result_file / "result.nc" if result_file.is_dir() else result_file
-        result = open_result(file)
+        result = open_result(result_file)
         write_result(result, output, quantity, units)
     report_written("table", result_file, result, [output], quiet, as_json)

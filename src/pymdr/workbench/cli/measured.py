@@ -34,7 +34,7 @@ def loops(
     record: Annotated[
         Path,
         typer.Argument(
-            metavar="RECORD", help="CSV of force and displacement with units, a result.nc or a case."
+            metavar="RECORD", help="CSV of force and displacement with units, a result or a case."
         ),
     ],
     least: Annotated[
@@ -62,7 +62,7 @@ def loops(
 
 def fretting(
     record: Annotated[
-        Path, typer.Argument(metavar="RECORD", help="CSV of tangential force and shift, or a result.nc.")
+        Path, typer.Argument(metavar="RECORD", help="CSV of tangential force and shift, or a result.")
     ],
     case: Annotated[
         Path | None, typer.Option(help="Case of the contact, whose loops the record is compared with.")
@@ -142,7 +142,8 @@ def _read_cycles(record: Path) -> xr.Dataset | Result:
     if record.suffix == ".toml":
         case = read_case(record)
         return solve(case.contact, case.path, **case.options)
-    return open_result(record) if record.suffix == ".nc" else read_record(record)
+    is_result = record.suffix == ".nc" or record.is_dir()
+    return open_result(record) if is_result else read_record(record)
 
 
 def topography(
