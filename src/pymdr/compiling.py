@@ -250,7 +250,7 @@ class _CompileListener:
             if _unkept.is_set()
             else "once after an installation"
         )
-        _log.warning("Compiling %s (up to 20 s each, %s)", name, kept)
+        _log.warning("Compiling %s (up to 20 s in all, %s)", name, kept)
 
 
 if event is not None:

@@ -22,7 +22,7 @@ from pymdr.independent.rings.surfaces import (
     valid_radii,
 )
 from pymdr.problem.values import Value
-from pymdr.units import metres
+from pymdr.units import metres, shown
 
 _FULL_DISK: Zones = ((0.0, 1.0),)
 
@@ -53,7 +53,7 @@ class Rings(Value):
 
     def __post_init__(self) -> None:
         if isinstance(self.n, bool) or not isinstance(self.n, (int, np.integer)) or not 20 <= self.n <= 5000:
-            raise ProblemError(f"Rings needs an integer n from 20 to 5000, not {self.n!r}.")
+            raise ProblemError(f"Rings: n = {shown(self.n)}; a whole number from 20 to 5000 is needed")
 
 
 def solve_indentation(

@@ -22,7 +22,9 @@ _OF_SHELL = {
     "give hold=('60 s', '90 s')": "give --hold '60 s to 90 s'",
     "add it to quantities=": "add it with --quantity",
     "give a smaller least": "give a smaller --least",
-    "or give a Viscoelastic body": "or give a viscoelastic body",
+    " Viscoelastic body": " viscoelastic body",
+    "body is Viscoelastic": "body is viscoelastic",
+    "Rings: n =": "rings: n =",
     "or a plain number in": "or in a case file a number without quotes, in",
     "interpolation=SmoothingSpline(), in a case file ": "",
     "missing='interpolate', 'crop' or 'keep'": "missing, 'interpolate', 'crop' or 'keep' (--missing, or a key of [surface])",
@@ -41,6 +43,8 @@ def in_words_of_shell(text: str) -> str:
     --------
     >>> in_words_of_shell("press deeper, or check the signs with curve.orient()")
     'press deeper, or check the signs: compression is positive with --keep-signs'
+    >>> in_words_of_shell("no body is Viscoelastic; Rings: n = 3")
+    'no body is viscoelastic; rings: n = 3'
     """
     for of_python, of_shell in _OF_SHELL.items():
         text = text.replace(of_python, of_shell)
