@@ -87,10 +87,12 @@ def test_blocks_run(page, tmp_path, monkeypatch):
         exec(compile(block, page, "exec"), space)
 
 
-def test_every_block_of_the_readme_runs_alone(capsys):
+def test_every_block_of_the_readme_runs_alone(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
     for block in blocks(DOCS.parent / "README.md"):
         exec(compile(block, "README.md", "exec"), {"__name__": "readme"})
     assert "PULLED_OFF" in capsys.readouterr().out
+    assert (tmp_path / "ball.png").stat().st_size > 10_000
 
 
 @pytest.fixture
@@ -321,14 +323,6 @@ def test_no_source_is_cited_that_readers_do_not_have():
     tests = [file for file in (root / "tests").rglob("*.py") if file != Path(__file__)]
     for file in [*texts, *programs, *tests]:
         assert not re.search(r"mdr_math|DESIGN\.md", file.read_text(encoding="utf-8")), file
-
-
-def test_the_readme_runs(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    space = {}
-    for block in blocks(DOCS.parent / "README.md"):
-        exec(compile(block, "README.md", "exec"), space)
-    assert (tmp_path / "ball.png").stat().st_size > 10_000
 
 
 @pytest.mark.parametrize("quantity", [*QUANTITIES.values(), RADIUS, POSITION], ids=lambda q: q.name)
