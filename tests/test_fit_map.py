@@ -118,6 +118,22 @@ def test_errors_are_what_they_say():
         assert 0.93 <= np.mean(np.abs(off) < 1.96) <= 0.97
 
 
+def test_a_constant_pull_leaves_its_jump_where_the_samples_beside_it_are():
+    """In correlated noise the contact point moved on from one sample to the next, and the pull counted as noise."""
+    contact = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("3 kPa", 0.5), adhesion=mdr.DMT("0.2 mJ/m^2"))
+    clean = curve_of(contact, 1e-6, n=2000)
+    curves = []
+    for seed in range(20):
+        white = np.random.default_rng(seed).normal(size=2030)
+        slow = np.convolve(white, np.ones(31) / math.sqrt(31.0), mode="valid")
+        noise = 5e-11 * (0.5 * white[15:-15] + 0.87 * slow)
+        curves.append(dataclasses.replace(clean, force=clean.force + noise))
+    free = ["body.young", "adhesion.work"]
+    fitted = mdr.fit_map(contact, curves, free)
+    noises = [mdr.fit(contact, curve, free).noise for curve in curves]
+    assert fitted["noise"].values == pytest.approx(noises, rel=0.01)
+
+
 def test_two_bodies_share_the_compliance():
     tip = mdr.Elastic("5 kPa", 0.3)
     contact = mdr.Contact(mdr.Paraboloid("5 um"), mdr.Elastic("3 kPa", 0.45), tip)

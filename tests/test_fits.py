@@ -26,6 +26,7 @@ from pymdr.solving.fits.estimating import estimated, search_of
 from pymdr.solving.fits.forces import forces_of, modelled
 from pymdr.solving.fits.minimizing import samples_off_jumps
 from pymdr.solving.fits.searching import Search
+from pymdr.solving.fits.touching import in_contact
 from pymdr.solving.fits.unknowns import ORIGINS, unknowns_of
 from pymdr.solving.study import Answer
 from pymdr.workbench.cli import app
@@ -607,6 +608,33 @@ def test_maugis_and_dugdale_find_their_own_record_from_any_start(factor):
     assert abs(fitted.quality.baseline_rise) < 0.01, (
         "the attraction before contact is not part of the baseline"
     )
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_samples_beyond_the_loss_of_contact_show_the_baseline(seed):
+    """A record that ends at 3.5 times the depth of the loss of contact was fitted as one in contact all along, with another baseline."""
+    law = mdr.MaugisDugdale("32.4 mJ/m^2", strength="14.73 kPa")
+    contact = mdr.Contact(mdr.Paraboloid("6.57 um"), mdr.Elastic("212 kPa", 0.3), adhesion=law)
+    travel = np.concatenate([np.linspace(-8.5e-6, 24.4e-6, 123), np.linspace(24.4e-6, -7.9e-6, 106)[1:]])
+    force = mdr.solve(contact, mdr.Path(travel=travel), machine_stiffness=1.34)["normal_force"].values
+    noise = 5.2e-9 * np.random.default_rng(seed).normal(size=travel.size)
+    curve = mdr.MeasuredCurve(force=force + noise, travel=travel, spring_constant=1.34)
+    begin = replace(contact, body=mdr.Elastic("300 kPa", 0.3), adhesion=mdr.MaugisDugdale(0.03, strength=2e4))
+    fitted = mdr.fit(begin, curve, ["body.young", "adhesion.work", "adhesion.strength"])
+    for name, value in (("body.young", 212e3), ("adhesion.work", 32.4e-3), ("baseline", 0.0)):
+        assert fitted[name].value == pytest.approx(value, abs=4.0 * fitted[name].error)
+
+
+@settings(max_examples=examples(50), deadline=None)
+@given(st.floats(0.1, 10.0), st.floats(1.2, 9.0), st.floats(1.2, 9.0), st.floats(0.05, 0.9))
+def test_a_pull_that_goes_on_to_the_ends_is_no_contact(top, first, last, pull):
+    """A constant pull beyond the loss of contact is an error of the baseline, at the latest in the outer half."""
+    position = np.concatenate([np.linspace(-first, top, 80), np.linspace(top, -last, 90)])
+    force = np.maximum(position, -1.0) + 1.0 - pull
+    touches = in_contact(position, force, force, -1.0)
+    after = np.arange(position.size) >= 80
+    assert touches[position > -1.0].all()
+    assert not touches[position < -0.5 * (1.0 + np.where(after, last, first))].any()
 
 
 def test_records_with_few_samples_beside_jumps_are_told_to_have_more():

@@ -29,12 +29,18 @@ def in_contact(position: FloatArray, measured: FloatArray, model: FloatArray, fo
     """
     deepest, index = int(np.argmax(position)), np.arange(position.size)
     # a little beyond the folds too, so that the misfit of a model with other folds does not jump
-    either = (position <= -fold) & (position >= (1.0 + BEYOND) * fold)
+    last_places = [last_place(float(position[end]), fold) for end in (0, -1)]
+    either = (position <= -fold) & (position >= np.where(index < deepest, *last_places))
     gain = np.where(either, measured**2 - (measured - model) ** 2, 0.0)
     first = deepest - _best_count(gain[:deepest][::-1])
     last = deepest + _best_count(gain[deepest + 1 :])
     touches: BoolArray = np.where(either, (index >= first) & (index <= last), position > 0.0)
     return touches
+
+
+def last_place(end: float, fold: float) -> float:
+    """The place in m up to which samples of a leg with an end may be in contact: those of the outer half beyond the fold show the baseline."""
+    return max((1.0 + BEYOND) * fold, min(fold, 0.5 * (fold + end)))
 
 
 def in_contact_by_law(position: FloatArray, onset: float, fold: float | FloatArray) -> BoolArray:

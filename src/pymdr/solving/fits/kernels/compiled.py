@@ -29,7 +29,7 @@ from pymdr.solving.fits.kernels.model import (
     Record,
     on_machine,
 )
-from pymdr.solving.fits.touching import BEYOND, FULLY_OUT, BoolArray
+from pymdr.solving.fits.touching import FULLY_OUT, BoolArray, last_place
 from pymdr.units import FloatArray
 
 _FUSED: dict[str, Any] = {"fastmath": {"contract"}, "error_model": "numpy"}
@@ -106,13 +106,19 @@ def _leave(record: Record, theta: FloatArray, fold: float, fitted: Model) -> Non
     """As :func:`pymdr.solving.fits.touching.in_contact`; the force out of contact is 0."""
     force, rates, touches = fitted
     n, deepest, gain = force.size, int(np.argmax(record.place)), np.zeros(force.size)
+    either, point = np.zeros(n, dtype=np.bool_), theta[POINT]
+    approach, retreat = (
+        last_place(record.place[0] - point, fold),
+        last_place(record.place[n - 1] - point, fold),
+    )
     for i in range(n):
-        if (1.0 + BEYOND) * fold <= record.place[i] - theta[POINT] <= -fold:
+        either[i] = (approach if i < deepest else retreat) <= record.place[i] - point <= -fold
+        if either[i]:
             measured = record.force[i] - theta[BASE] - theta[TILT] * record.place[i]
             gain[i] = measured * measured - (measured - force[i]) ** 2
     first, last = _turn(gain, deepest - 1, -1, -1), _turn(gain, deepest + 1, n, 1)
     for i in range(n):
-        if (1.0 + BEYOND) * fold <= record.place[i] - theta[POINT] <= -fold:
+        if either[i]:
             touches[i] = first <= i <= last
         if not touches[i]:
             force[i] = 0.0
@@ -245,6 +251,7 @@ def _best_points(trials: starts.Trials, family: FamilyTable, scales: FloatArray,
 def _let_compile() -> None:
     """Register the functions that the two outermost ones call with numba, some of them as loops."""
     same: tuple[Any, ...] = (
+        last_place,
         model.member_at,
         model.on_rung,
         model.on_machine,

@@ -228,9 +228,12 @@ def _descend_off_jumps(search: _Search, batch: Batch, ends: Ends, used: BoolArra
     The jumps are those of the ends themselves, found in turn: an end whose jumps are elsewhere depends on its start.
     """
     used[:] = _off_jumps(ends.touches)
+    # without the samples beside it the jump by a constant pull would move on and on: they stay left out
+    pulled = (batch.softness == 0.0) & search.wanted.pulled
     ends = search.from_places(batch, ends.theta, Limits(_POLISH, enough), used)
     for _ in range(ROUNDS_OF_JUMPS):
         own = _off_jumps(ends.touches)
+        own[pulled] &= used[pulled]
         moved = np.flatnonzero((own != used).any(axis=1))
         if not moved.size:
             break
