@@ -125,7 +125,7 @@ def _combination_text(search: Search, free: FloatArray, direction: FloatArray) -
             f"{written(load, 'N', 4)}"
         )
     elif all(search.unknowns[i].is_size for i in moving):
-        last = max(moving, key=lambda i: (round(abs(direction[i]), 3), i))
+        last = max(moving, key=lambda i: (round(abs(float(direction[i])), 3), i))
         products = []
         for i in moving:
             if i != last:
