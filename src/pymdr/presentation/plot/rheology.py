@@ -77,12 +77,12 @@ def _draw_terms(
     size = np.asarray(from_si(moduli, "Pa", unit))
     level = float(from_si(equilibrium, "Pa", unit))
     axes.set_xscale("log")
+    # terms at the ends of the span are drawn whole, and a single one has no span of its own
+    axes.set_xlim(0.7 * span[0], span[1] / 0.7)
     _scale(axes, np.append(size, level))
     if times.size:
         axes.vlines(times, axes.get_ylim()[0], size, color=draw.BLUE, lw=1.0)
         axes.plot(times, size, "o", color=draw.BLUE, ms=4, label="moduli")
     if level > 0.0:
         axes.axhline(level, color=draw.ORANGE, lw=1.0, ls="--", label="equilibrium")
-    # terms at the ends of the span are drawn whole
-    axes.set_xlim(0.7 * span[0], span[1] / 0.7)
     axes.set(xlabel="relaxation time (s)", ylabel=f"modulus of the term ({unit})")
