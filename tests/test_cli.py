@@ -13,14 +13,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 import typer
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 import pymdr as mdr
 from common import BALL_CASE
+from drawing import examples
 from pymdr.problem.codec import decode_press
 from pymdr.problem.codec.cases import MEASURED
 from pymdr.workbench.casefile import read_case, read_contact
 from pymdr.workbench.cli import app
+from pymdr.workbench.cli.wording import error_text
 from pymdr.workbench.templates import template
 
 
@@ -1095,3 +1099,22 @@ def test_pull_off_takes_the_tables_of_its_case(tmp_path, shell):
     case.write_text(text + "[solve]\ntolerance = 1e-4\n")
     status, _, error = shell("pull-off", case)
     assert (status, "tolerance = 0.0001; it is for MaugisDugdale" in error) == (1, True)
+
+
+@pytest.mark.parametrize("name", ["load(1).toml", "of Sphere(2).toml", "JKR(3).d/a.toml"])
+def test_errors_keep_the_names_of_files_that_look_like_calls(tmp_path, shell, name):
+    case = tmp_path / name
+    case.parent.mkdir(exist_ok=True)
+    case.write_text(BALL_CASE.replace("[profile]", "[profil]"))
+    status, _, error = shell("check", case)
+    assert status == 1
+    assert f"{case}: " in error
+
+
+@settings(max_examples=examples(60), deadline=None)
+@given(
+    st.sampled_from(("Sphere", "JKR", "load", "Contact")),
+    st.one_of(st.text(), st.integers(1, 10**5).flatmap(lambda n: st.sampled_from(["(" * n, "-" * n]))),
+)
+def test_errors_with_any_text_of_a_user_are_written(kind, text):
+    assert error_text(ValueError(f"a.toml: kind = {kind}({text}) is not known"))

@@ -63,6 +63,8 @@ def error_text(error: BaseException) -> str:
     "wear: write [[path]] kind = 'load', normal_force = '10 N' and [[path]] kind = 'cycle', shift = '1 um'"
     >>> error_text(ValueError("a.toml: [friction] Coulomb.coefficient = -1: it must be at least 0; leave mu= out"))
     'a.toml: [friction] coefficient = -1: it must be at least 0; leave mu out'
+    >>> error_text(ValueError("runs/load(1).toml: [profile] my hold(2).csv: no column"))
+    'runs/load(1).toml: [profile] my hold(2).csv: no column'
     >>> error_text(ValueError("a.toml: [profile] Sphere.csv: no column; radius[1]: cannot read 'x'"))
     "a.toml: [profile] Sphere.csv: no column; entry 2 of radius: cannot read 'x'"
     """
@@ -120,7 +122,9 @@ def _with_keys(message: str, kinds: Mapping[str, _Kind]) -> Iterator[str]:
         start, end = call.start(1), _closing(rest, call.end() - 1)
         before = rest[: call.start()]
         is_subject = (call.start() == 0 and rest == message) or before.endswith("] ")
-        keys = _keys(rest[start:end], kinds) if call[1] in kinds and not is_subject else ""
+        is_file = before.endswith(("/", "\\")) or re.match(r"\.\w|[/\\]", rest[end:])
+        is_call = call[1] in kinds and not (is_subject or is_file)
+        keys = _keys(rest[start:end], kinds) if is_call else ""
         yield _with_options(before)
         yield keys or rest[call.start() : end]
         end += bool(keys) and call[0].startswith("Contact(")
@@ -152,7 +156,7 @@ def _keys(call: str, kinds: Mapping[str, _Kind]) -> str:
     """The keys of a case file that mean the same as a call of a kind; empty if it is no call."""
     try:
         node = ast.parse(call, mode="eval").body
-    except SyntaxError:
+    except (SyntaxError, ValueError, MemoryError, RecursionError):  # texts of users may be anything
         return ""
     written = _value(node, kinds)
     table = (
