@@ -96,7 +96,7 @@ def errors_of_parts(contact: Contact, deepest: float, parts: int) -> dict[str, f
     Errors of steps with memory and friction that are divided into parts, relative to the largest values in motions down to an indentation in m.
 
     They are three times the largest difference to parts on which all loads are straight, over random motions on a few springs, whose durations are of one
-    decade or of all.
+    decade or of all. Other motions may miss more.
 
     Parameters
     ----------
