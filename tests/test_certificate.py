@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 import pymdr as mdr
 from common import UNIT
 from drawing import examples, first_of
+from pymdr.explore.seen import numbers
 from pymdr.independent.rings import solve_indentation
 from pymdr.interpretation.certificate import certify_disk, certify_history, noise_remark, valid_ranges
 from pymdr.interpretation.disks import disk_depths, holes
@@ -401,6 +402,10 @@ def test_fields_keep_their_measured_error_outside_a_ring_that_is_too_narrow_to_c
     again = mdr.open_result(tmp_path / "hollow.nc").claims["pressure"]
     assert repr(again) == repr(claim)
     assert np.array_equal(again.error, claim.error)
+    assert words in {row[3] for row in numbers(result, -1)}
+    swept = mdr.sweep(result.contact, mdr.indent(0.3), {"body.young": [1.0]}).claims["pressure"]
+    assert swept.excluded == claim.excluded
+    assert np.array_equal(swept.error, claim.error)
 
 
 def test_rings_that_count_make_an_approximation_of_a_known_error():

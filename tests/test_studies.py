@@ -179,3 +179,18 @@ def test_restitution_of_rubber_measures_the_fastest_blow():
     assert measures["half-space"] == pytest.approx(float(study["contact_radius"][-1]) / 5e-3, rel=1e-6)
     assert "viscoelastic half-spaces" in study.claims["restitution"].reason
     assert np.all(study.claims["restitution"].error < 1e-6)
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        (mdr.equivalent_profile(mdr.FlatPunch("1 mm")), ["EquivalentProfile", "edge", "1 mm"]),
+        (mdr.effective_moduli(mdr.Elastic("1 GPa", 0.0)), ["EffectiveModuli", "normal", "1 GPa"]),
+        (mdr.foundation(mdr.Contact(GEL.profile, GEL.body), n=40), ["SpringFoundation", "40 values from"]),
+    ],
+    ids=lambda value: type(value).__name__,
+)
+def test_steps_of_the_method_show_in_notebooks(value, words):
+    html = value._repr_html_()
+    assert html.startswith("<div>")
+    assert all(word in html for word in words)

@@ -9,7 +9,7 @@ import numpy as np
 
 from pymdr.errors import PymdrError
 from pymdr.interpretation.validity import Level
-from pymdr.presentation.text import largest_error
+from pymdr.presentation.text import error_text
 from pymdr.quantities import BAND_ENDS, QUANTITIES, RADIUS, quantity
 from pymdr.result import Result
 from pymdr.units import FloatArray, from_si, good_unit, written
@@ -248,12 +248,7 @@ def numbers(result: Result, row: int) -> tuple[Row, ...]:
         value = ""
         if name in result.data and result.data[name].ndim == 1 and claim.level is not Level.NOT_VALID:
             value = written(float(result.data[name].values[at]), QUANTITIES[name].unit)
-        error = largest_error(claim)
-        readable = claim.level is not Level.NOT_VALID
-        size = (
-            "" if not readable else "not known" if error is None else f"{error:.0e}" if error else "rounding"
-        )
-        rows.append((words, value, claim.level.value, size, claim.reason))
+        rows.append((words, value, claim.level.value, error_text(claim), claim.reason))
     return tuple(rows)
 
 

@@ -18,6 +18,7 @@ from pymdr.line.curves import ElasticLine as ElasticLine
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.numerics.panels import Place, Position, Selection, as_place
 from pymdr.numerics.roots import boundary, rising_root
+from pymdr.problem.values import values_html
 from pymdr.units import FloatArray, metres, newtons
 
 _DOUBT = 1e-9
@@ -420,6 +421,16 @@ class SpringFoundation:
     def contact_radius(self, indentation: float) -> float:
         """Half the length of the line in contact in m: half the number of pressed springs times Delta x."""
         return 0.5 * self.spacing * int(np.count_nonzero(indentation > self.profile))
+
+    def _repr_html_(self) -> str:
+        """The springs as a table, for notebooks."""
+        rows = (
+            ("position", self.position, "m"),
+            ("profile", self.profile, "m"),
+            ("spacing", self.spacing, "m"),
+            ("modulus", self.modulus, "Pa"),
+        )
+        return values_html(type(self).__name__, rows)
 
 
 def spring_foundation(line: ElasticLine, half_length: float, n: int) -> SpringFoundation:

@@ -19,6 +19,7 @@ from pymdr.problem.materials import (
     common_exponent,
 )
 from pymdr.problem.plasticity import ElasticPlastic
+from pymdr.problem.values import values_html
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,17 @@ class EffectiveModuli:
     def similar(self) -> bool:
         """Whether the bodies are elastically similar (beta = 0 to rounding)."""
         return abs(self.dundurs_beta) < 1e-12
+
+    def _repr_html_(self) -> str:
+        """The moduli as a table, for notebooks."""
+        unit = f"Pa/m^{self.exponent:g}" if self.exponent else "Pa"
+        rows = (
+            ("normal", self.normal, unit),
+            ("tangential", self.tangential, unit),
+            ("dundurs_beta", self.dundurs_beta, ""),
+            ("exponent", self.exponent or None, ""),
+        )
+        return values_html(type(self).__name__, rows)
 
 
 @dataclass(frozen=True)

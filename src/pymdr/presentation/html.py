@@ -10,7 +10,7 @@ from pymdr.interpretation.validity import Assumption, Claim, Level
 from pymdr.presentation.text import (
     Numbers,
     Table,
-    largest_error,
+    error_text,
     last_error,
     last_level,
     last_value,
@@ -42,20 +42,10 @@ def claims_html(claims: Mapping[str, Claim]) -> str:
     return table(
         ("quantity", "claim", "error", "reason", "source"),
         (
-            [escape(name), badge(c.level), _error(c), escape(c.reason), escape(c.source)]
+            [escape(name), badge(c.level), escape(error_text(c)), escape(c.reason), escape(c.source)]
             for name, c in claims.items()
         ),
     )
-
-
-def _error(claim: Claim) -> str:
-    if claim.level is Level.NOT_VALID:
-        return ""
-    error = largest_error(claim)
-    if error is None:
-        return "not known"
-    size = f"{error:.1e}" if error else "rounding"
-    return f"{size} outside {escape(claim.excluded)}" if claim.excluded else size
 
 
 def assumptions_html(assumptions: Sequence[Assumption]) -> str:

@@ -119,6 +119,24 @@ def largest_error(claim: Claim) -> float | None:
     return float(np.max(valid, initial=0.0, where=~np.isnan(valid)))
 
 
+def error_text(claim: Claim) -> str:
+    """
+    The largest relative error of a quantity, and what part of a field it does not cover; empty if it may not be read.
+
+    Examples
+    --------
+    >>> error_text(Claim(Level.APPROXIMATE, "", "", np.array([True]), np.array([0.1]), "the edge"))
+    '1.0e-01 outside the edge'
+    """
+    if not claim.readable:
+        return ""
+    error = largest_error(claim)
+    if error is None:
+        return "not known"
+    size = f"{error:.1e}" if error else "rounding"
+    return f"{size} outside {claim.excluded}" if claim.excluded else size
+
+
 def last_level(claim: Claim) -> Level:
     """The level of a claim at the last step."""
     return claim.level if claim.where[-1:].all() else Level.NOT_VALID

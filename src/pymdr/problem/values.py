@@ -7,7 +7,7 @@ import math
 import pickle
 import re
 from abc import ABCMeta
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import Field, fields
 from functools import partial
 from html import escape
@@ -116,12 +116,18 @@ class Value(Checked, metaclass=_Constructor):
 
     def _repr_html_(self) -> str:
         """The fields as a table, for notebooks."""
-        rows = "".join(
-            f"<tr><td>{escape(f.name)}</td><td>{_html(value, _unit(type(self), f.name))}</td></tr>"
-            for f in fields(self)
-            if (value := getattr(self, f.name)) is not None
-        )
-        return f"<div><b>{type(self).__name__}</b><table>{rows}</table></div>"
+        rows = ((f.name, getattr(self, f.name), _unit(type(self), f.name)) for f in fields(self))
+        return values_html(type(self).__name__, rows)
+
+
+def values_html(title: str, rows: Iterable[tuple[str, Any, str]]) -> str:
+    """A table of names and values with their units under a title, without values that are None."""
+    body = "".join(
+        f"<tr><td>{escape(name)}</td><td>{_html(value, unit)}</td></tr>"
+        for name, value, unit in rows
+        if value is not None
+    )
+    return f"<div><b>{escape(title)}</b><table>{body}</table></div>"
 
 
 def _unit(owner: type, name: str) -> str:

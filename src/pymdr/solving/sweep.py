@@ -341,7 +341,14 @@ class _Answers:
         self.status[i] = answer.status.name
         self.claims[i] = json.dumps(
             {
-                name: [claim.level.name, claim.reason, claim.source, claim.readable, largest_error(claim)]
+                name: [
+                    claim.level.name,
+                    claim.reason,
+                    claim.source,
+                    claim.readable,
+                    largest_error(claim),
+                    claim.excluded,
+                ]
                 for name, claim in answer.claims.items()
                 if self.wanted is None or name in self.wanted
             }
@@ -437,7 +444,8 @@ class _Answers:
                 reason = f"at {len(worst)} of {len(there)} points: {reason}"
             errors = [one[4] if one is not None and one[3] else 0.0 for one in there]
             known = None if None in errors else np.array(errors, dtype=float)
-            weakest[name] = Claim(level, reason, worst[0][2], where, known)
+            excluded = next((text for one in read for text in one[5:] if text), "")
+            weakest[name] = Claim(level, reason, worst[0][2], where, known, excluded)
         return weakest
 
 

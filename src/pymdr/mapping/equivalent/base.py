@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from pymdr.mapping import abel
 from pymdr.numerics.panels import BoolArray, Place, Position
 from pymdr.numerics.roots import rising_root
+from pymdr.problem.values import values_html
 from pymdr.units import FloatArray
 
 
@@ -73,6 +74,18 @@ class EquivalentProfile(ABC):
         bounds = np.full(depth.shape, low), np.full(depth.shape, high)
         x = rising_root(self.g, depth, *bounds)
         return Place(np.zeros(x.shape), x)
+
+    def _repr_html_(self) -> str:
+        """The range of the profile and where it is not smooth as a table, for notebooks."""
+        rows = (
+            ("edge", self.edge if math.isfinite(self.edge) else None, "m"),
+            ("max_radius", self.max_radius if math.isfinite(self.max_radius) else None, "m"),
+            ("breakpoints", np.array(self.breakpoints) if self.breakpoints else None, "m"),
+            ("rises", self.rises or "not known", ""),
+            ("exponent", self.exponent or None, ""),
+            ("rests_on", "; ".join(self.rests_on()) or None, ""),
+        )
+        return values_html("EquivalentProfile", rows)
 
     def integral(self, x: Position) -> FloatArray:
         """The integral int_0^x t^k g(t) dt in m^(2+k)."""
