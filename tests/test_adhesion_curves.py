@@ -706,6 +706,18 @@ def test_reading_zones_again_makes_no_calls_of_the_profile(power, decade, shares
     assert count == before
 
 
+@pytest.mark.parametrize("power", [1.0, 2.0])
+def test_zone_integrals_of_cones_and_paraboloids(power):
+    """Closed forms and their series against the quadrature of the same slope."""
+    rng = np.random.default_rng(3)
+    line = equivalent_profile(PowerLaw(power, 0.1, 1.0))
+    quadrature = SimpleNamespace(slope=line.slope, edge=np.inf, max_radius=np.inf, breakpoints=())
+    a = np.concatenate([np.zeros(4), 10.0 ** rng.uniform(-9.0, 0.0, 60)])
+    width = 10.0 ** rng.uniform(-9.0, 0.0, 64)
+    ours, other = (zone_integrals(one, a, width, third=True) for one in (line, quadrature))
+    np.testing.assert_allclose(ours, other, rtol=3e-13)
+
+
 def test_zone_integrals_on_panels():
     """Against the adaptive quadrature of closed forms: a hyperboloid, and powers to the very tip."""
     rng = np.random.default_rng(1)

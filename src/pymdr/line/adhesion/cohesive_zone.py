@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from pymdr.errors import ConvergenceError
 from pymdr.line.adhesion.equivalent_line import inner_knots
 from pymdr.line.adhesion.zone_panels import panel_integrals, segment, zone_root
-from pymdr.mapping.equivalent import EquivalentProfile
+from pymdr.mapping.equivalent import EquivalentProfile, PowerLine
 from pymdr.mapping.equivalent.panels import PanelLine
 from pymdr.numerics.panels import Place, Position
 from pymdr.units import FloatArray, metres
@@ -42,6 +42,15 @@ _FEW = 4
 """Breakpoints at which a rough quadrature splits a zone, at least."""
 _SETTLED = 1e-7
 """Relative step at which the search for a width ends."""
+_SMALL = 0.8
+"""Angle below which closed forms would cancel and their series, of so many terms, are summed."""
+_TERMS = np.arange(1.0, 13.0)
+_ODD = np.cumprod(-1.0 / ((2.0 * _TERMS) * (2.0 * _TERMS + 1.0)))
+"""(-1)^k / (2 k + 1)!"""
+_FIRST = -2.0 * _TERMS * _ODD
+"""Of sin y - y cos y in y^(2 k + 1)."""
+_CLOSED = {1.0: _FIRST + _ODD * (9.0**_TERMS - 1.0) / 4.0, 2.0: 0.125 * _FIRST + _ODD * 4.0**_TERMS / 16.0}
+"""Of sin y - y cos y - sin³ y / 3, and of (sin y - y cos y) / 8 - (2 y - sin 2 y) / 32, by the power of g."""
 
 
 @cache
@@ -200,6 +209,8 @@ def zone_integrals(
         j0, j1, j2 = panel_integrals(line, radius, width, third=third)
         return j0, j1, j2
     radius = np.asarray(radius, dtype=float)
+    if isinstance(line, PowerLine) and line.n in _CLOSED:
+        return _closed_integrals(line, radius, width, third)
     marks = marks or _marks(line)
     result = _integrals_at(line, marks, radius, width, 0, third=third, rough=rough)
     if rough:
@@ -222,6 +233,32 @@ def zone_integrals(
         f"the integrals over the cohesive zone from {metres(radius[worst])} to "
         f"{metres(radius[worst] + width[worst])} did not converge; declare the kinks of the profile as breakpoints"
     )
+
+
+def _closed_integrals(
+    line: PowerLine, radius: FloatArray, width: FloatArray, third: bool
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """J0, J1 and J2 of a cone (n = 1) and a paraboloid (n = 2), whose integrands are products of sines and cosines."""
+    c = radius + width
+    angle, slope = np.arctan2(zone_root(radius, width), radius), line.slope(c)
+    y, sine = line.n * angle, np.sin(line.n * angle)
+    first = _odd_series(y, sine - y * np.cos(y), _FIRST)
+    cone = line.n == 1.0
+    j0, j1 = (sine, first) if cone else (0.5 * angle + 0.25 * sine, 0.125 * first)
+    j2 = np.zeros_like(c)
+    if third:
+        less = sine**3 / 3.0 if cone else (2.0 * y - np.sin(2.0 * y)) / 32.0
+        j2 = 0.5 * c**3 * _odd_series(y, j1 - less, _CLOSED[line.n])
+    return slope * j0, slope * c * j1, slope * j2
+
+
+def _odd_series(y: FloatArray, closed: FloatArray, coefficients: FloatArray) -> FloatArray:
+    """Values of a closed form, by its series in odd powers of small y."""
+    square = np.minimum(y, _SMALL) ** 2
+    series = np.full_like(y, coefficients[-1])
+    for one in coefficients[-2::-1]:
+        series = one + square * series
+    return np.where(y < _SMALL, y * square * series, closed)
 
 
 def _narrow_integrals(line: EquivalentProfile, position: Position, width: FloatArray) -> FloatArray:
