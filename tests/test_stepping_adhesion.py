@@ -214,6 +214,21 @@ def test_a_repeated_row_has_the_stiffness_of_the_row_before():
     assert results[::2] == results[1::2]
 
 
+@pytest.mark.parametrize("d", [0.0, 5e-324, -5e-324, -1e-300, 1e-310])
+@pytest.mark.parametrize("law", [mdr.JKR(0.02), mdr.JKR(0.02, work_receding=0.06), mdr.DMT(0.02)])
+def test_a_depth_that_is_0_in_a_path_touches(d, law):
+    """The bodies stayed apart at depths below 0 that are rounded to it."""
+    contact = gel(mdr.Paraboloid("1 mm"), law)
+    result = mdr.solve(contact, mdr.Path(indentation=[-1e-6, d]))
+    one, several, compiled = (mdr.Stepper(contact, "20 um", count=n) for n in (1, 2, 2))
+    forces = one.advance(d).normal, *several.advance(d).normal
+    step, body, states = compiled.compiled()
+    forces = (*forces, step(body, states, 0, d, 0.0)[1])
+    assert forces == pytest.approx([float(result["normal_force"][-1])] * 4, rel=1e-13)
+    assert one.status is result.status is mdr.Status.ATTACHED
+    assert one.branch == several.branch[0] == compiled.branch[0] == 0
+
+
 def test_a_zone_that_has_not_grown_has_no_table():
     """The first states of a search are all at the edge of the table, whose width is then 0."""
     law = mdr.MaugisDugdale(0.006128911150823574, strength=369.6341367687448)

@@ -23,7 +23,7 @@ from pymdr.line.plane import PlaneContacts
 from pymdr.line.plane import steps as springs
 from pymdr.line.plastic import YieldingContacts
 from pymdr.line.plastic import steps as yielding
-from pymdr.problem.values import LARGEST
+from pymdr.problem.values import LARGEST, NOTHING
 from pymdr.units import FloatArray
 
 TAKEN, REFUSED, LEFT = range(3)
@@ -36,6 +36,12 @@ _Line = tuple[float, float, FloatArray, FloatArray]
 _States = tuple[Any, FloatArray]
 
 
+@_fused.inlined
+def _given(depth: float) -> float:
+    """The indentation of a step, 0 where the rows of a path are."""
+    return 0.0 if abs(depth) < NOTHING else depth
+
+
 @_fused.compiled
 def along_line(
     body: _Line, states: _States, i: int, depth: float, shift: float, duration: float = 0.0
@@ -44,7 +50,9 @@ def along_line(
     deepest, moves, line, scales = body
     if not depth <= deepest:
         return REFUSED, 0.0, 0.0
-    ending, normal, tangential = stacks.step(line, scales, states[0][i], states[1][i], depth, moves * shift)
+    ending, normal, tangential = stacks.step(
+        line, scales, states[0][i], states[1][i], _given(depth), moves * shift
+    )
     if ending == COMPLETE:
         return TAKEN, normal, moves * tangential
     return (LEFT if ending == STACK_FULL else REFUSED), 0.0, 0.0
@@ -58,7 +66,9 @@ def without_slip(
     deepest, _, line, scales = body
     if not depth <= deepest:
         return REFUSED, 0.0, 0.0
-    ending, normal, tangential = stacks.step_stuck(line, scales, states[0][i], states[1][i], depth, shift)
+    ending, normal, tangential = stacks.step_stuck(
+        line, scales, states[0][i], states[1][i], _given(depth), shift
+    )
     if ending == COMPLETE:
         return TAKEN, normal, tangential
     return (LEFT if ending == STACK_FULL else REFUSED), 0.0, 0.0
@@ -80,7 +90,7 @@ def in_plane(
     ending, normal, _ = along_line(line, (states[2], states[3]), i, depth, 0.0)
     if ending != TAKEN:
         return ending, 0.0, (0.0, 0.0)
-    target = depth, shift[0], shift[1]
+    target = _given(depth), shift[0], shift[1]
     return TAKEN, normal, springs.step(labels, scales, states[0][i], states[1][i], target, slips)
 
 
@@ -97,7 +107,7 @@ def on_branches(
     deepest, rows = body
     if not -LARGEST <= depth <= deepest:
         return REFUSED, 0.0, 0.0
-    return TAKEN, branches.step(rows, states[0][i], depth), 0.0
+    return TAKEN, branches.step(rows, states[0][i], _given(depth)), 0.0
 
 
 @_fused.compiled
@@ -113,7 +123,9 @@ def on_resting_branches(
     deepest, advancing, receding, edge = body
     if not -LARGEST <= depth <= deepest:
         return REFUSED, 0.0, 0.0
-    ending, force = branches.step_resting(advancing, receding, edge, states[0][i], depth, at.NOWHERE, 0.0)
+    ending, force = branches.step_resting(
+        advancing, receding, edge, states[0][i], _given(depth), at.NOWHERE, 0.0
+    )
     return (TAKEN if ending == at.COMPLETE else LEFT), force, 0.0
 
 
@@ -130,7 +142,7 @@ def on_ball(
     deepest, ball = body
     if not -LARGEST <= depth <= deepest:
         return REFUSED, 0.0, 0.0
-    return TAKEN, yielding.step(ball, states[0][i], depth), 0.0
+    return TAKEN, yielding.step(ball, states[0][i], _given(depth)), 0.0
 
 
 @_fused.compiled
@@ -146,7 +158,7 @@ def with_memory(
     deepest, line, space = body
     if not -LARGEST <= depth <= deepest:
         return REFUSED, 0.0, 0.0
-    ending, force = relaxing.step(line, space, states, i, depth, duration)
+    ending, force = relaxing.step(line, space, states, i, _given(depth), duration)
     if ending == relaxing.COMPLETE:
         return TAKEN, force, 0.0
     return (LEFT if ending == relaxing.UNKNOWN else REFUSED), 0.0, 0.0

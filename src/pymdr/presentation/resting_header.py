@@ -153,6 +153,7 @@ static inline int @_advance(@_state *s, double d)
     const double before = s->contact_radius;
     if (!(d <= @@_LARGEST_INDENTATION) || d < -1e60)
         return 1;
+    d = fabs(d) < 1e-290 ? 0.0 : d; /* as the stepper in Python takes it */
     s->indentation = d;
     if (before == 0.0) {
         if (d >= @@_TOUCH_INDENTATION) {

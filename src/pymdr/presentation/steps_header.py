@@ -137,6 +137,7 @@ static inline int @_advance(@_state *s, double d)
     const double *row, *cell;
     if (!(d <= @@_LARGEST_INDENTATION) || d < -1e60)
         return 1;
+    d = fabs(d) < 1e-290 ? 0.0 : d; /* as the stepper in Python takes it */
     for (;;) {
         const double *way;
         row = @_branches_[branch];

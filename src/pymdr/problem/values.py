@@ -169,8 +169,8 @@ def _describe_limits(above: float, below: float, at_most: float, at_least: float
     return " and ".join(parts)
 
 
-LARGEST, _SMALLEST, _NOTHING = 1e60, 1e-60, 1e-290
-"""Outside these limits, products of a few values leave the range of double precision."""
+LARGEST, _SMALLEST, NOTHING = 1e60, 1e-60, 1e-290
+"""Outside the first two, products of a few values leave the range of double precision; values of a path below the third are 0."""
 
 
 def within_range(values: Any, unit: str, name: str, *, size: bool = False, limited: bool = False) -> Any:
@@ -184,7 +184,7 @@ def within_range(values: Any, unit: str, name: str, *, size: bool = False, limit
         raise ProblemError(
             f"{name} = {largest:.3g} {unit}".rstrip() + f": it must be {limit} {unit}".rstrip()
         )
-    small = (magnitude < _NOTHING) & (magnitude > 0.0)
+    small = (magnitude < NOTHING) & (magnitude > 0.0)
     if limited or not np.any(small):
         return values
     cleared = np.where(small, 0.0, values)

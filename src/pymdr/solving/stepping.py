@@ -15,7 +15,7 @@ from pymdr.line.plane import PlaneContacts
 from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.options import with_known_arguments
 from pymdr.problem.paths import LoadingPath
-from pymdr.problem.values import LARGEST, within_range
+from pymdr.problem.values import LARGEST, NOTHING, within_range
 from pymdr.result import Status
 from pymdr.solving.closure import is_curve
 from pymdr.solving.moving import moving_of
@@ -219,6 +219,8 @@ class Stepper:
             d = float(indentation)
             if not -LARGEST <= d <= self._deepest:
                 raise too_deep(d, self._deepest)
+            if -NOTHING < d < NOTHING:  # as in the rows of a path
+                d = 0.0
             # the constructor of a named tuple takes as long as the step
             forces = tuple.__new__(self._forces, self._moved.advance(d, shift, duration))
         except PymdrError:
@@ -238,6 +240,7 @@ class Stepper:
         taken = np.logical_and(d >= -LARGEST, d <= self._deepest)
         if not taken.all():
             raise too_deep(float(d[np.argmin(taken)]), self._deepest)
+        d[np.abs(d) < NOTHING] = 0.0
         forces = self._forces(*self._moved.advance_all(d, shift, duration))
         self._undoable = True
         return forces
