@@ -10,6 +10,7 @@ from tests.drawing import examples
 
 import pymdr as mdr
 from pymdr.line.adhesion import jkr_force
+from pymdr.units import to_si
 
 YOUNG = 4e4
 
@@ -236,3 +237,25 @@ def test_a_zone_that_has_not_grown_has_no_table():
         mdr.Paraboloid(0.005666071540462577), mdr.Elastic(63692.39500933277, 0.3), adhesion=law
     )
     assert mdr.Stepper(contact, 1.2936499679221672e-06).advance(1e-6).normal < 0.0
+
+
+def test_energies_of_a_sharp_edge_belong_to_the_depth_itself():
+    """E* a d^2 of a punch, which the parameter of a table missed by its own rounding."""
+    contact = mdr.Contact(mdr.FlatPunch("259 um"), mdr.Elastic("1 GPa", 0.3), adhesion=mdr.JKR("1.2 mJ/m^2"))
+    depths = 1e-6 * np.random.default_rng(4).uniform(-0.02, 1.0, 200)
+    stepper = mdr.Stepper(contact, "1 um", count=200)
+    stepper.advance(1e-9)
+    stepper.advance(depths)
+    stored = 1e9 / (1.0 - 0.3**2) * 259e-6 * depths**2
+    attached = stepper.branch >= 0
+    assert attached.sum() > 150
+    assert np.abs(stepper.elastic_energy - stored)[attached].max() < 1e-13 * stored.max()
+
+
+@pytest.mark.parametrize("radius", ["1 nm", "898 nm", "4.6 mm"])
+def test_a_rigid_touch_has_no_radius(radius):
+    """Tables gave radii of 1e-29 m, where a stiffness, too, must be a number."""
+    stepper = mdr.Stepper(gel(mdr.Sphere(radius), mdr.DMT("1 mJ/m^2")), 0.01 * to_si(radius, "m"))
+    for depth in (0.003 * stepper.max_indentation, 0.0):
+        stepper.advance(depth)
+    assert (stepper.contact_radius, stepper.elastic_energy, stepper.normal_stiffness) == (0.0, 0.0, 0.0)

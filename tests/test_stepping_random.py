@@ -14,8 +14,13 @@ KINDS = ("friction", "adhesion", "plastic", "memory", "hysteresis", "plane", "me
 CASES = [(KINDS[seed % len(KINDS)], seed) for seed in range(3 * len(KINDS))]
 CLOSE = ("no slip", "cohesion", "growth")
 CASES += [(kind, seed) for seed, kind in enumerate(CLOSE * 3, 7)]
+ATTRACTED = ("pull", "graded", "sharp edge")
+CASES = [
+    (kind, seed) for seed, kind in enumerate(("sharp edge", "force curve", "pull", "graded") * 3, 17)
+] + CASES
 CASES += [("plane", 15), *(("hysteresis", seed) for seed in (105, 107, 109))]
 _WITHIN = {"memory": 1e-10, "plane": 1e-13, "hysteresis": 1e-12} | dict.fromkeys(CLOSE, 1e-12)
+_WITHIN |= dict.fromkeys((*ATTRACTED, "force curve"), 1e-13)
 """Bounds of kinds relative to the largest value; of memory the claims count too, since solve takes other steps."""
 NAMES = (
     "normal_force",
@@ -45,18 +50,28 @@ def random_contact(kind, rng, radius, deepest):
     profile = profiles[rng.integers(3 if smooth else len(profiles))]
     friction = mdr.Coulomb(float(rng.choice([0.01, 0.3, 1.0])))
     body = mdr.Elastic(young, poisson)
+    if kind == "force curve":
+        known = mdr.solve(mdr.Contact(profile, body), mdr.indent(1.5 * deepest, steps=40))
+        return mdr.Contact(known.force_curve(), body, friction=friction)
     if kind in ("plastic", "growth"):
         grows = {"apparent_radius": True} if kind == "growth" else {}
         strength = young * 10.0 ** rng.uniform(-4.0, -1.5)
         return mdr.Contact(
             mdr.Sphere(radius), mdr.ElasticPlastic(young, abs(poisson), yield_strength=strength, **grows)
         )
-    if kind in ("adhesion", "hysteresis", "cohesion"):
+    if kind in ("adhesion", "hysteresis", "cohesion", *ATTRACTED):
         work = young / (1.0 - poisson**2) * deepest**1.5 / math.sqrt(radius) * 10.0 ** rng.uniform(-3.0, -0.5)
         receding = {"work_receding": 2.0 * work} if kind == "hysteresis" else {}
         law = mdr.JKR(work, **receding)
         if kind == "cohesion":
             law = mdr.MaugisDugdale(work, range=deepest * 10.0 ** rng.uniform(-2.0, 0.0))
+        elif kind == "pull":
+            profile, law = mdr.Sphere(radius), mdr.DMT(work)
+        elif kind == "graded":
+            exponent = rng.uniform(0.05, 0.6)
+            body = mdr.Graded(young, size, exponent, min(abs(poisson), 0.9 / (2.0 + exponent)))
+        elif kind == "sharp edge":
+            profile = mdr.FlatPunch(size)
         return mdr.Contact(profile, body, adhesion=law)
     if kind in ("friction", "plane", "no slip"):
         return mdr.Contact(profile, body, friction=mdr.Coulomb(math.inf) if kind == "no slip" else friction)
@@ -67,13 +82,22 @@ def random_contact(kind, rng, radius, deepest):
 def random_path(kind, rng, deepest):
     """Arrays of a path: walks with stays and, without a plane of springs, moves off the surface."""
     size = 12 if kind == "plane" else 40
-    low = {"plane": 0.05, "adhesion": -2.0, "hysteresis": -2.0, "cohesion": -2.0}.get(kind, -0.3) * deepest
+    low = {
+        "plane": 0.05,
+        "adhesion": -2.0,
+        "hysteresis": -2.0,
+        "cohesion": -2.0,
+        **dict.fromkeys(ATTRACTED, -2.0),
+    }.get(kind, -0.3) * deepest
     depth = rng.uniform(low, deepest, size)
     depth[rng.random(size) < 0.1] = deepest
     stays = np.flatnonzero(rng.random(size) < 0.1)
     depth[stays] = depth[stays - 1]
+    if kind != "plane" and not kind.startswith("memory"):
+        special = rng.random(size) < 0.15
+        depth[special] = rng.choice([0.0, -0.0, 5e-324, -5e-324, 1e-310, -1e-300], special.sum())
     path = {"indentation": depth}
-    if kind in ("friction", "plane", "memory with friction", "no slip"):
+    if kind in ("friction", "plane", "memory with friction", "no slip", "force curve"):
         steps = rng.normal(0.0, 0.1 * deepest, (size, 2) if kind == "plane" else size)
         path["shift"] = np.cumsum(steps, axis=0)
     if kind.startswith("memory"):
@@ -81,12 +105,29 @@ def random_path(kind, rng, deepest):
     return path
 
 
+def moved_elsewhere(stepper, rng, move):
+    """The stepper in the state in which it was, after a step that is undone, as a copy, or restored."""
+    choice = rng.integers(4)
+    if choice == 0:
+        stepper.advance(*move)
+        stepper.undo()
+    elif choice == 1:
+        copied = stepper.copy()
+        stepper.advance(*move)
+        return copied
+    elif choice == 2:
+        state = stepper.state
+        stepper.advance(*move)
+        stepper.restore(state)
+    return stepper
+
+
 def springs_of(result):
     (note,) = (note for note in result.notes if "springs whose forces are vectors" in note)
     return int(note.split()[0])
 
 
-@pytest.mark.parametrize("case", first_of(CASES, 3))
+@pytest.mark.parametrize("case", first_of(CASES, 7))
 def test_steps_of_random_contacts_are_the_rows_of_solve(case):
     """To 1e-10 of the largest value or less, in the plane on as many springs; with memory to what solve claims."""
     kind, rng = case[0], np.random.default_rng(case[1])
@@ -100,9 +141,11 @@ def test_steps_of_random_contacts_are_the_rows_of_solve(case):
         stepper = mdr.Stepper(contact, deepest)
     shifts = path.get("shift", np.zeros(len(path["indentation"]))).tolist()
     lasting = np.diff(path["time"], prepend=0.0).tolist() if "time" in path else [None] * len(shifts)
-    rows = []
+    rows, elsewhere = [], float(path["indentation"].max())
     for depth, shift, duration in zip(path["indentation"].tolist(), shifts, lasting, strict=True):
-        stepper.advance(depth, shift=tuple(shift) if kind == "plane" else shift, duration=duration)
+        at = tuple(shift) if kind == "plane" else shift
+        stepper = moved_elsewhere(stepper, rng, (elsewhere, at, duration))
+        stepper.advance(depth, shift=at, duration=duration)
         rows.append([np.array(getattr(stepper, name), dtype=float) for name in NAMES])
     assert stepper.status is result.status
     work = max(

@@ -192,12 +192,17 @@ def between_parameters(
     """
     known = np.isfinite(rates[0]) & np.isfinite(rates[1])
     per_depth, per_force = (np.where(known, rate, 0.0) for rate in rates)
+    step = parameter_step(control - under_control(k, *at), under_control(k, per_depth, per_force), s)
+    return at[0] + per_depth * step, at[1] + per_force * step
+
+
+def parameter_step(missing: FloatArray, rate: FloatArray, s: FloatArray) -> FloatArray:
+    """The step of parameters that changes the control by what is missing, within the error of tables."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        step = np.nan_to_num((control - under_control(k, *at)) / under_control(k, per_depth, per_force))
+        step = np.nan_to_num(missing / rate)
     # at a fold the error of the parameter is not smaller than this
     width = _PARAMETER * np.abs(s)
-    step = np.clip(step, -width, width)
-    return at[0] + per_depth * step, at[1] + per_force * step
+    return np.clip(step, -width, width)
 
 
 def with_tear_off_losses(line: AdhesiveLine, history: History) -> History:

@@ -29,7 +29,7 @@ from pymdr.problem.contact import Contact
 from pymdr.problem.paths import LoadingPath, Path, indent, ramp
 from pymdr.problem.profiles import Shape
 from pymdr.solving.adhesive import HystereticLine
-from pymdr.solving.adhesive_rows import between_parameters
+from pymdr.solving.adhesive_rows import between_parameters, parameter_step
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.frictional import disks_down_to
 from pymdr.solving.mapped import map_to_springs, refuse_unreachable
@@ -198,7 +198,7 @@ def _branches(contact: Contact, deepest: float, count: int) -> Moving:
     track, curve = line.track(math.inf, deepest), line.equilibria
     branches = Branches(
         tabulated_track(track, _forces_of(line)),
-        lambda s, depth, moves: (_known(s, curve.start), curve),
+        lambda s, depth, moves: (_refined(track, _known(s, curve.start), depth), curve),
         count,
     )
     return Moving(branches, _in_and_out(track, deepest))
@@ -248,6 +248,16 @@ def resting_of(contact: Contact, deepest: float, count: int) -> Resting:
 def _known(s: FloatArray, start: float) -> FloatArray:
     """Parameters, that of the first touch for free bodies."""
     return np.where(np.isnan(s), start, s)
+
+
+def _refined(track: Track, s: FloatArray, depth: FloatArray) -> FloatArray:
+    """Parameters of a table moved to their indentations in m, within its error; energies would show it, and radii at the ends of branches."""
+    branch = np.searchsorted(0.5 * (track.top[:-1] + track.bottom[1:]), s)
+    bottom, top = track.bottom[branch], track.top[branch]
+    refined = np.clip(
+        s + parameter_step(depth - track.curve.control(s), track.curve.slope(s), s), bottom, top
+    )
+    return np.where(depth == track.low[branch], bottom, np.where(depth == track.high[branch], top, refined))
 
 
 def _forces_of(line: AdhesiveLine) -> Columns:

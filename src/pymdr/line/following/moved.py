@@ -148,8 +148,8 @@ class Branches(WithoutShift, Moved):
 
     def radii(self, s: FloatArray) -> FloatArray:
         """Contact radii in m at parameters of the curve."""
-        still = np.zeros(s.size)
-        return self._states_of(s, still, still.astype(np.intp))[1].states(s).contact_radius
+        unknown = np.full(s.size, math.nan)
+        return self._states_of(s, unknown, np.zeros(s.size, dtype=np.intp))[1].states(s).contact_radius
 
     @property
     def normal_stiffness(self) -> FloatArray:
@@ -157,7 +157,8 @@ class Branches(WithoutShift, Moved):
         s, curve = self._states
         depth, force = curve.slopes(s)
         with np.errstate(divide="ignore", invalid="ignore"):
-            return self._attached(force / depth)
+            # at a touch without area both rates are 0
+            return self._attached(np.where(force == 0.0, 0.0, force / depth))
 
     @property
     def elastic_energy(self) -> FloatArray:
