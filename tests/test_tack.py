@@ -308,3 +308,29 @@ def test_a_tolerance_out_of_its_limits_is_refused_by_every_verb(tolerance, tmp_p
         with pytest.raises(ProblemError, match="it must be a number from 1e-6 to 1e-2"):
             verb()
     assert not (tmp_path / "kept").exists(), "a refused value must not take a folder"
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_test_takes_what_solve_takes(seed):
+    """Ranges short enough for many nodes: at any speed the zones are measured along the path, as `solve` does."""
+    rng = np.random.default_rng(seed)
+    size, time, ratio = (
+        10.0 ** rng.uniform(-5.0, -3.0),
+        10.0 ** rng.uniform(-1.0, 1.0),
+        rng.uniform(20.0, 400.0),
+    )
+    body = mdr.Viscoelastic(mdr.StandardSolid(1e4, 1e4 * ratio, time), poisson=0.5)
+    height = (0.05**2 * size / 4e4**2) ** (1.0 / 3.0)
+    law = mdr.MaugisDugdale(0.05, range=height * 10.0 ** rng.uniform(-2.0, -1.5))
+    contact = mdr.Contact(mdr.Paraboloid(size), body, adhesion=law)
+    top, speed = height * rng.uniform(0.5, 3.0), height / time * 10.0 ** rng.uniform(-1.0, 1.0)
+    begin = law.attraction_range
+    test = mdr.pull_off(contact, pressed_to=top, speed=speed, dwell=time)
+    # rows close to the largest pull, which is sharp, and behind the loss of contact
+    pull, end = top - test.largest_pull_indentation, (top + begin) / speed
+    away = np.append(pull * np.linspace(0.0, 1.02, 501)[1:], 4.0 * pull)
+    press = np.linspace(-begin, top, 100)
+    path = mdr.Path(time=(press + begin) / speed, indentation=press) >> mdr.hold(time)
+    solved = mdr.solve(contact, path >> mdr.Path(time=end + time + away / speed, indentation=top - away))
+    assert solved.status is mdr.Status.PULLED_OFF
+    assert test.largest_pull == pytest.approx(float(solved["normal_force"].min()), rel=2e-3)

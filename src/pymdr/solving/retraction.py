@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from copy import deepcopy
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -30,6 +30,7 @@ ROWS, _FINE = 240, 48
 """Rows of a leg, and rows between two of them where the pull is largest and where the contact is lost."""
 _TOUCH = 1e-7
 """Part of the approach at which the first touch is read; with powers of time, whose series begins at the shortest time of a path, a row."""
+_EVEN_TOUCH = 1.0 / (ROWS - 1)
 _DOUBLINGS = 30
 _STEEPEST = 10.0
 """Largest slope of the profile in the contact before the retraction, far beyond the small slopes of the model: no row finds a pull beside such loads."""
@@ -155,91 +156,95 @@ def followed_tests(
     machine = None if math.isinf(stiffness) else stiffness
     options = {"tolerance": tolerance}
 
-    def solved(which: Sequence[int], lengths: Sequence[FloatArray]) -> list[Result | PymdrError]:
-        paths = [
-            approaches[tests[i].approach_speed].whole(tests[i], rows)
-            for i, rows in zip(which, lengths, strict=True)
-        ]
+    def solved(
+        which: Sequence[int], lengths: Sequence[FloatArray], touch: float | None = None
+    ) -> list[Result | PymdrError]:
+        paths = []
+        for i, rows in zip(which, lengths, strict=True):
+            approach = approaches[tests[i].approach_speed]
+            approach = approach if touch is None else approach._replace(touch=touch)
+            paths.append(approach.whole(tests[i], rows))
         return list(solutions([Request(contact, path, machine) for path in paths], options, workers))
 
     modulus = relaxation_along(contact, next(iter(approaches.values())).path).rubbery
-    rested: dict[_AtRest, ShortSprings | ZoneSprings] = {}
-    retreats = [
-        _retreat(contact, approaches[test.approach_speed], test, (stiffness, modulus), rested)
-        for test in tests
-    ]
+    rest = _AtRest(contact, stiffness, modulus == 0.0)
+    retreats = [_retreat(rest, approaches[test.approach_speed], test) for test in tests]
     finest = solved(range(len(tests)), [_graded(*one) for one in retreats])
     # rows too close for the resolution of time: evenly spaced ones, with their distance as error
     coarse = [i for i, one in enumerate(finest) if isinstance(one, ConvergenceError)]
-    for i, one in zip(coarse, solved(coarse, [_even(retreats[i][0]) for i in coarse]), strict=True):
+    even = solved(coarse, [_even(retreats[i][0]) for i in coarse], touch=_EVEN_TOUCH)
+    for i, one in zip(coarse, even, strict=True):
         finest[i] = _with_coarse_rows(_answer(one))
     return [_answer(one) for one in finest], modulus
 
 
-_AtRest = tuple[TackTest, tuple[float, float]]
-"""Approach and dwell of a test, and shortest and longest time in s for which its springs are made."""
+@dataclass(frozen=True)
+class _AtRest:
+    """Springs after approaches and dwells, which tests of solids share unless their zones are measured up to the loss of contact."""
+
+    contact: Contact
+    stiffness: float
+    """Of the machine in N/m."""
+    flows: bool
+    """Whether the bodies flow at rest: they spread as long as the test lasts."""
+    kept: dict[tuple[TackTest, float], ShortSprings | ZoneSprings] = field(default_factory=dict)
+    """By test and retracted length in m; both 0 of springs that serve any speed."""
+
+    def springs(self, approach: _Approach, test: TackTest, length: float) -> ShortSprings | ZoneSprings:
+        """A copy of the springs for a retraction to a length in m."""
+        shared, own = (test._replace(speed=0.0), 0.0), (test, length)
+        if shared not in self.kept and own not in self.kept:
+            made, is_shared = self._made(approach, test, length)
+            self.kept[shared if is_shared else own] = made
+        return deepcopy(self.kept[shared if shared in self.kept else own])
+
+    def _made(
+        self, approach: _Approach, test: TackTest, length: float
+    ) -> tuple[ShortSprings | ZoneSprings, bool]:
+        """The springs, and whether they serve any speed and length."""
+        end = approach.away(test, np.zeros(1))
+        retreat = approach.away(test, _even(length))
+
+        def press(springs: ShortSprings | ZoneSprings) -> dict[str, FloatArray]:
+            time, travel = np.hstack([np.stack(approach.rows), np.stack(end)])
+            return springs.follow(np.append(time[0], time), np.append(travel[0], travel), self.stiffness)
+
+        def follow(springs: ZoneSprings) -> dict[str, FloatArray]:
+            pressed = press(springs)
+            time, travel = np.hstack([np.stack(end), np.stack(retreat)])
+            retracted = springs.follow(time, travel, self.stiffness)
+            return {name: np.append(pressed[name], rows) for name, rows in retracted.items()}
+
+        springs: ShortSprings | ZoneSprings
+        is_shared = not self.flows
+        if self.contact.is_cohesive:
+            span = times_along(approach.whole(test, _even(length))) if self.flows else (0.0, math.inf)
+            relaxation = zone_relaxation(self.contact, span)
+            targets = {self.stiffness: max(approach.top, 0.0)}
+            setting = zone_setting(self.contact, relaxation, targets, span[1], verb="pull_off")
+            measured = with_measured_zone(setting, follow)
+            is_shared &= measured is setting
+            springs = ZoneSprings(measured, FINE)
+        else:
+            springs = short_springs(self.contact, relaxation_along(self.contact, approach.path), "pull_off")
+        press(springs)
+        return springs, is_shared
 
 
-def _retreat(
-    contact: Contact,
-    approach: _Approach,
-    test: TackTest,
-    pair: tuple[float, float],
-    rested: dict[_AtRest, ShortSprings | ZoneSprings],
-) -> tuple[float, dict[str, FloatArray]]:
-    """A length in m in which the contact is lost under a machine and of a relaxed modulus, and its evenly spaced rows; tests of solids share the springs at rest before it."""
-    stiffness, modulus = pair
-    length = _first_length(contact, approach)
+def _retreat(rest: _AtRest, approach: _Approach, test: TackTest) -> tuple[float, dict[str, FloatArray]]:
+    """A length in m in which the contact is lost, and its evenly spaced rows."""
+    length = _first_length(rest.contact, approach)
+    end, _ = approach.away(test, np.zeros(1))
     for _ in range(_DOUBLINGS):
-        # bodies that flow spread as long as the test lasts
-        span = (0.0, math.inf) if modulus > 0.0 else times_along(approach.whole(test, _even(length)))
-        key = test._replace(speed=0.0 if modulus > 0.0 else test.speed), span
-        if key not in rested:
-            rested[key] = _springs_at_rest(contact, approach, test, stiffness, span, length)
-        (end, _), (time, travel) = approach.away(test, np.zeros(1)), approach.away(test, _even(length))
-        follow = deepcopy(rested[key]).follow
-        rows = follow(np.append(end, time), np.append(approach.top, travel), stiffness)
+        time, travel = approach.away(test, _even(length))
+        follow = rest.springs(approach, test, length).follow
+        rows = follow(np.append(end, time), np.append(approach.top, travel), rest.stiffness)
         if rows["cohesive_radius"][-1] == 0.0:
             return length, rows
         length *= 2.0
     raise ConvergenceError(
         f"pull_off: the contact has not been lost after a retraction of {written(length, 'm', 3)}; check the magnitudes of the speeds and relaxation times"
     )
-
-
-def _springs_at_rest(
-    contact: Contact,
-    approach: _Approach,
-    test: TackTest,
-    stiffness: float,
-    span: tuple[float, float],
-    length: float,
-) -> ShortSprings | ZoneSprings:
-    """The springs after approach and dwell, for a shortest and longest time in s; of bodies that flow, for the zones up to a retraction to a length in m."""
-    rest = approach.away(test, np.zeros(1))
-
-    def press(springs: ShortSprings | ZoneSprings) -> dict[str, FloatArray]:
-        time, travel = np.hstack([np.stack(approach.rows), np.stack(rest)])
-        return springs.follow(np.append(time[0], time), np.append(travel[0], travel), stiffness)
-
-    def follow(springs: ZoneSprings) -> dict[str, FloatArray]:
-        pressed = press(springs)
-        time, travel = np.hstack([np.stack(rest), np.stack(approach.away(test, _even(length)))])
-        retracted = springs.follow(time, travel, stiffness)
-        return {name: np.append(pressed[name], rows) for name, rows in retracted.items()}
-
-    springs: ShortSprings | ZoneSprings
-    if contact.is_cohesive:
-        relaxation = zone_relaxation(contact, span)
-        targets = {stiffness: max(approach.top, 0.0)}
-        setting = zone_setting(contact, relaxation, targets, span[1], verb="pull_off")
-        if math.isfinite(span[1]):
-            setting = with_measured_zone(setting, follow)
-        springs = ZoneSprings(setting, FINE)
-    else:
-        springs = short_springs(contact, relaxation_along(contact, approach.path), "pull_off")
-    press(springs)
-    return springs
 
 
 def _refuse_steep(before: Result, quantity: str, target: float) -> None:
@@ -319,7 +324,7 @@ def _approach(contact: Contact, speed: float, stiffness: float, quantity: str, t
         before = solve(bare, load(max(target, law.work * range_)) if by_force else indent(target))
         _refuse_steep(before, quantity, target)
         top = float(before.data["indentation"].values[-1]) if by_force else top
-    touch = 1.0 / (ROWS - 1) if powers_of(contact) else _TOUCH
+    touch = _EVEN_TOUCH if powers_of(contact) else _TOUCH
     approach = _Approach(channel, begin, top, speed, touch)
     if quantity == channel:
         return approach

@@ -18,6 +18,7 @@ from pymdr.line.foundation import mean_pressure
 from pymdr.line.soft.springs import (
     COARSE,
     FINE,
+    HASTY,
     ROUGH,
     ZoneLevel,
     ZoneLine,
@@ -191,7 +192,13 @@ def zone_force(
     largest = {stiffness: max(float(control.max()), 0.0)}
     setting = zone_setting(contact, relaxation, largest, span[1], verb="fit")
     from_start = np.append(time[0], time), np.append(control[0], control)
-    return ZoneSprings(setting, level).follow(*from_start, stiffness)["normal_force"]
+
+    def follow(springs: ZoneSprings) -> Mapping[str, FloatArray]:
+        return springs.follow(*from_start, stiffness)
+
+    # one of many guesses is refused where it needs many nodes
+    measured = setting if level is HASTY else with_measured_zone(setting, follow)
+    return follow(ZoneSprings(measured, level))["normal_force"]
 
 
 def zone_surface(result: Result) -> ZoneSurface:
