@@ -1,5 +1,6 @@
 """Motion of machines with contacts: closed forms, limits, conservation, other solvers."""
 
+import csv
 import json
 import math
 import tomllib
@@ -447,6 +448,14 @@ def test_a_new_case_is_valid_and_as_the_schema_has_it(tmp_path, shell):
     (tmp_path / "m.toml").write_text(text)
     assert shell("check", str(tmp_path / "m.toml"))[0] == 0
     assert shell("move", tmp_path / "m.toml", "-o", tmp_path / "out")[0] == 0
+    with (tmp_path / "out" / "move.csv").open() as rows:
+        last = {
+            name.split(" [")[0]: float(value or "nan") for name, value in [*csv.DictReader(rows)][-1].items()
+        }
+    # the slider slides by millimetres: friction dissipates its limit times the way
+    friction = 0.3 * last["normal_force of pad"]
+    assert last["position of slider"] > 1e-3
+    assert last["dissipated_energy"] == pytest.approx(friction * last["position of slider"], rel=2e-3)
     machine_adapter().validate_python(tomllib.loads(text))
     status, plain, _ = shell("schema", "--machine")
     assert status == 0

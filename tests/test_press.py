@@ -355,6 +355,11 @@ def test_what_is_refused_before_it_starts(monkeypatch):
         (lambda: mdr.press(mdr.Sphere(1.0), UNIT, indentation=0.1), "is not a Topography"),
         (lambda: mdr.press(surface, UNIT), "exactly one"),
         (lambda: mdr.press(surface, UNIT, indentation=-0.1), "must be above 0"),
+        (
+            lambda: mdr.press(surface, UNIT, normal_force=[1.0, 1e300]),
+            r"normal_force = 1e\+300 N.* at most 1e\+60 N",
+        ),
+        (lambda: mdr.press(surface, UNIT, indentation=1e-300), "indentation = 1e-300 m.* at least 1e-60 m"),
         (lambda: mdr.press(surface, UNIT, indentation=0.1, engine="none"), "is unknown; give one of"),
         (lambda: mdr.press(surface, UNIT, indentation=0.1, engine=3), "is not an engine"),
         (

@@ -240,6 +240,16 @@ def test_bad_contacts(arguments):
 # --- paths -----------------------------------------------------------------------------------------------
 
 
+def test_a_path_is_repeated_by_a_number():
+    tap = mdr.indent("1 um") >> mdr.indent("0 um")
+    assert tap * np.int64(3) == tap >> tap >> tap
+    with pytest.raises(mdr.PathError, match=r"path \* 0: a path is repeated at least once"):
+        tap * 0
+    for wrong in (2.5, True, "3"):
+        with pytest.raises(TypeError):
+            tap * wrong
+
+
 def test_legs_in_a_row():
     path = mdr.load(1.0) >> (mdr.hold() >> mdr.indent(0.0))
     assert legs(path) == (mdr.load(1.0), mdr.hold(), mdr.indent(0.0))

@@ -44,6 +44,23 @@ class LoadingPath(Value, ABC):
             return NotImplemented
         return History((*legs(self), *legs(other)))
 
+    def __mul__(self, times: int) -> History:
+        """
+        The path, repeated: ``path * 2`` is ``path >> path``.
+
+        Examples
+        --------
+        >>> import pymdr as mdr
+        >>> tap = mdr.indent("1 um") >> mdr.indent("0 um")
+        >>> tap * 2 == tap >> tap
+        True
+        """
+        if isinstance(times, bool) or not isinstance(times, int | np.integer):
+            return NotImplemented
+        if times < 1:
+            raise PathError(f"path * {times}: a path is repeated at least once, as in path * 3")
+        return History(legs(self) * int(times))
+
 
 def legs(path: LoadingPath) -> tuple[Leg, ...]:
     """The legs of a path in order."""

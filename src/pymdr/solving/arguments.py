@@ -54,10 +54,12 @@ def positive_loads(prefix: str, load: Loads) -> tuple[str, FloatArray]:
     """The name of the given load, and one row of forces in N or depths in m, above 0."""
     force, depth = load.get("normal_force"), load.get("indentation")
     one_load(prefix, force, depth)
-    if force is not None:
-        return "normal_force", positive_row(force, "N", prefix, "normal_force")
-    assert depth is not None
-    return "indentation", positive_row(depth, "m", prefix, "indentation")
+    name, unit, given = ("normal_force", "N", force) if force is not None else ("indentation", "m", depth)
+    assert given is not None
+    rows = positive_row(given, unit, prefix, name)
+    for extreme in (rows.min(), rows.max()):
+        within_range(extreme, unit, f"{prefix}: {name}", size=True)
+    return name, rows
 
 
 def positive_load(

@@ -262,6 +262,10 @@ def _loads(data: xr.Dataset, given: QuantityLike | None, spans: list[slice]) -> 
 
 def _refuse_given_energy(loss: FloatArray, ratio: FloatArray) -> None:
     """Refuse a record whose cycles give more energy than noise does."""
+    if np.all(np.isnan(loss)):
+        raise ProblemError(
+            "fretting_log: the record ends before its only cycle closes; give two cycles or a longer record"
+        )
     given = backward_loops("shift", "tangential_force", loss)
     if given and np.nanmedian(ratio) < -_GIVEN:
         raise ProblemError(f"fretting_log: {given[0]}")

@@ -75,7 +75,8 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
     A cycle goes from a turning point of the displacement to the next but one. It dissipates the area of its loop,
     W = ∮ F du by straight lines between the samples, closed by one from its last sample to its first; offsets of
     force and displacement do not matter. Turns by less than `least` are no turning points. Notes name the rows before the
-    first and after the last whole cycle, and cycles that end at another displacement than they begin.
+    first and after the last whole cycle, and cycles that end at another displacement than they begin. A record with two
+    turning points has one cycle that ends with the record; if it ends before the loop is closed, its energy is nan.
 
     Parameters
     ----------
@@ -94,8 +95,8 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
     Raises
     ------
     ProblemError
-        If a force or its displacement is missing, 0 in all rows or beyond all sizes, a value is not finite, or there
-        is no whole cycle.
+        If a force or its displacement is missing, 0 in all rows or beyond all sizes, a value is not finite, or the
+        displacement has fewer than two turning points.
     UnitError
         If the units of a column are not those of a length or a force.
 
@@ -140,15 +141,12 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
     threshold = _threshold(least, swing, displacement)
     within_range(swing, "m", f"measured_loops: the swing of {displacement}", size=True)
     within_range(float(np.max(np.abs(pull))), "N", f"measured_loops: the largest {force}", size=True)
-    turns = turning_points(u, threshold)
-    first, last = turns[:-2:2], turns[2::2]
-    if first.size == 0:
-        raise ProblemError(
-            f"measured_loops: {displacement} reverses {turns.size} times by more than {metres(threshold)}, but a cycle needs "
-            "three reversals; give a smaller least, or a longer record"
-        )
-    middle = turns[1:-1:2]
+    turns, is_single = _turns_of_cycles(displacement, u, threshold)
+    first, middle, last = turns[:-2:2], turns[1:-1:2], turns[2::2]
     quantities = _cycles(u, pull, first, middle, last)
+    open_loops = _open_loops(displacement, u, first, middle, last)
+    if is_single and open_loops:
+        open_loops = [_clear_energy(quantities, displacement, float(u[-1]), float(u[first[0]]))]
     cycles = xr.Dataset(
         {name: ("cycle", values, {"units": unit}) for name, (values, unit) in quantities.items()},
         coords={"cycle": np.arange(1, first.size + 1)},
@@ -161,12 +159,25 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
         claims = _add_slip(cycles, record, first, middle, last)
     notes = (
         *_rows_outside(displacement, first, last, u.size),
-        *_open_loops(displacement, u, first, middle, last),
+        *open_loops,
         *_small_swings(displacement, u, first, last, threshold),
         *backward_loops(displacement, force, quantities["dissipated_per_cycle"][0]),
     )
     both = xr.Dataset({displacement: ("row", u), force: ("row", pull)})
     return MeasuredLoops(data=cycles, curve=both, claims=claims, notes=notes)
+
+
+def _turns_of_cycles(displacement: str, u: FloatArray, threshold: float) -> tuple[np.ndarray, bool]:
+    """The rows at which cycles begin and turn, and whether the record has one that ends with it."""
+    turns = turning_points(u, threshold)
+    if turns.size < 2:
+        times = "once" if turns.size else "never"
+        raise ProblemError(
+            f"measured_loops: {displacement} reverses {times} by more than {metres(threshold)}, but a cycle needs "
+            "two reversals; give a smaller least, or a longer record"
+        )
+    is_single = turns.size == 2
+    return np.append(turns, u.size - 1) if is_single else turns, is_single
 
 
 def _threshold(least: QuantityLike | None, swing: float, displacement: str) -> float:
@@ -206,6 +217,18 @@ def _open_loops(
         f"cycle {largest + 1}{others} at another {displacement} than at the beginning (by {metres(float(shifted[largest]))}): "
         "the amplitude is that of the first half, and a straight line closes the loop"
     ]
+
+
+def _clear_energy(
+    quantities: dict[str, tuple[np.ndarray, str]], displacement: str, end: float, begin: float
+) -> str:
+    """Clear what a loop without its end does not determine; return the reason."""
+    for name in ("dissipated_per_cycle", "damping_ratio"):
+        quantities[name][0][:] = math.nan
+    return (
+        f"the record ends at {displacement} = {metres(end)} before its only cycle closes at {metres(begin)}: the "
+        "cycle has no energy and no damping; give two cycles or a longer record"
+    )
 
 
 def _small_swings(
@@ -265,7 +288,7 @@ def _check_rows(data: xr.Dataset, columns: list[str]) -> None:
     if data[columns[0]].size < 2:
         rows = "one row" if data[columns[0]].size else "no row"
         raise ProblemError(
-            f"measured_loops: the record has {rows}, but a cycle needs three reversals of {columns[0]}; give a longer record"
+            f"measured_loops: the record has {rows}, but a cycle needs two reversals of {columns[0]}; give a longer record"
         )
 
 

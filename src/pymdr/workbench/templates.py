@@ -331,7 +331,7 @@ kind = "coulomb"
 coefficient = 0.3
 
 [machine]
-duration = "0.2 s"
+duration = "0.4 s"
 steps = 1000                # rows after the first
 # accuracy = 1e-3           # largest change of a position by halving the steps
 
@@ -343,7 +343,7 @@ mass = "1 kg"
 [[machine.bodies]]          # a point that is moved
 kind = "drive"
 name = "stage"
-velocity = "2 mm/s"
+velocity = "20 mm/s"        # the spring is stretched until the contact slips
 # amplitude = "1 um"        # and shaken
 # frequency = "20 kHz"
 

@@ -98,7 +98,9 @@ def columns_study(
         Two quantities in SI units, the second over the first.
     """
     (along,) = data.dims
-    names = [name for name in labels if name in data.data_vars]
+    names = [
+        name for name in labels if name in data.data_vars and not np.all(np.isnan(data[name].values))
+    ]  # a column that no row has would be an empty panel
     before = int(curve is not None)
     rows = max(math.ceil((len(names) + before) / _ABREAST), 1)
     columns = max(math.ceil((len(names) + before) / rows), 1)
