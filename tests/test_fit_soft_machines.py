@@ -166,3 +166,70 @@ def test_values_and_errors_are_those_of_the_profile_of_the_likelihood():
                 roots.append(math.sqrt(max(grows, 0.0)))
             # the errors contain the uncertainty of the spectrum of the noise
             assert np.mean(roots) == pytest.approx(0.5, rel=0.2)
+
+
+def cohesive_branch(young, work, stress, machine, deepest):
+    """Travel, force and depth on a machine by Maugis' equations of the ball, from the first attraction on; bodies apart have a zone without contact."""
+    modulus, attraction = young / 0.75, work / stress
+    pulled = 2.0 * stress / modulus * (1.0 - 2.0 / math.pi)
+    zone = (math.sqrt(pulled**2 + 2.0 * attraction / RADIUS) - pulled) * RADIUS * np.linspace(0.0, 1.0, 400)
+    free_depth = zone**2 / (2.0 * RADIUS) - 4.0 * stress * zone / (math.pi * modulus) - attraction
+    widest = 2.0 * math.sqrt(RADIUS * deepest) + 3.0 * (math.pi * work * RADIUS**2 / modulus) ** (1.0 / 3.0)
+    a = widest * np.append(np.geomspace(1e-6, 1e-2, 400), np.linspace(1e-2, 1.0, 3000)[1:])
+    low, high = np.full(a.size, 1e-12), np.full(a.size, 0.5 * math.pi - 1e-12)
+    for _ in range(80):
+        angle = 0.5 * (low + high)  # whose cosine is the ratio of the radii
+        root, ratio = np.tan(angle), 1.0 / np.cos(angle)
+        gap = a**2 / (math.pi * RADIUS) * (root + (ratio**2 - 2.0) * angle)
+        gap += 4.0 * stress * a / (math.pi * modulus) * (root * angle + 1.0 - ratio)
+        low, high = np.where(gap > attraction, low, angle), np.where(gap > attraction, angle, high)
+    touching = 4.0 / 3.0 * modulus * a**3 / RADIUS - 2.0 * stress * a**2 * (ratio**2 * angle + root)
+    depth = np.append(free_depth, a**2 / RADIUS - 2.0 * stress / modulus * a * root)
+    force = np.append(-math.pi * stress * zone**2, touching)
+    return depth + force / machine, force, depth
+
+
+def cohesive_record(seed):
+    """A noisy record with Maugis' parameter of 0.1 to 10 on a machine of 0.1 to 30 of the stiffness of the contact, its true numbers, and a start."""
+    rng = np.random.default_rng(seed)
+    parameter, young = 10.0 ** rng.uniform(-1.0, 1.0), 10.0 ** rng.uniform(3.0, 5.5)
+    deep = RADIUS * 10.0 ** rng.uniform(-1.7, -0.8)
+    modulus = young / 0.75
+    hertz = 4.0 / 3.0 * modulus * math.sqrt(RADIUS) * deep**1.5
+    work = hertz * 10.0 ** rng.uniform(-1.0, 0.5) / (1.5 * math.pi * RADIUS)
+    stress = parameter / (9.0 * RADIUS / (2.0 * math.pi * work * modulus**2)) ** (1.0 / 3.0)
+    machine, noise = hertz / deep * 10.0 ** rng.uniform(-1.0, 1.5), 10.0 ** rng.uniform(-2.7, -1.7)
+    x, force, depth = cohesive_branch(young, work, stress, machine, 6.0 * deep)
+    falls = np.flatnonzero(np.diff(x) < 0.0)
+    fold, least = x[falls[0]] if falls.size else x[0], x.min()
+    top = max(float(np.interp(deep, depth[-2500:], x[-2500:])), fold + 0.3 * (fold - least))
+    first = min(least, -work / stress) - 0.3 * (top - least)
+    travel = np.append(np.linspace(first, top, 200), np.linspace(top, first, 200))
+    approach, retreat = np.maximum.accumulate(x), np.minimum.accumulate(x[::-1])[::-1]
+    measured = np.empty(400)
+    for part, envelope in ((slice(0, 200), approach), (slice(200, 400), retreat)):
+        i = np.clip(np.searchsorted(envelope, travel[part]), 1, x.size - 1)
+        step = envelope[i] - envelope[i - 1]
+        fraction = np.where(
+            step > 0.0, (travel[part] - envelope[i - 1]) / np.where(step > 0.0, step, 1.0), 1.0
+        )
+        between = force[i - 1] + fraction * (force[i] - force[i - 1])
+        measured[part] = np.where(travel[part] < envelope[0], 0.0, between)
+    noise *= np.ptp(measured)
+    measured = measured + noise * rng.normal(size=400) + 3.0 * noise
+    curve = mdr.MeasuredCurve(force=measured, travel=travel + 0.05 * RADIUS, spring_constant=machine)
+    true = {"body.young": young, "adhesion.work": work, "adhesion.range": work / stress}
+    work_off, range_off, young_off = 10.0 ** rng.uniform(-0.4, 0.4, 3)
+    law = mdr.MaugisDugdale(work_off * work, range=range_off * work / stress)
+    begin = mdr.Contact(mdr.Paraboloid(RADIUS), mdr.Elastic(young_off * young, 0.5), adhesion=law)
+    return begin, curve, true, noise
+
+
+@pytest.mark.parametrize("seed", [24, 0, 44])
+def test_intervals_of_an_unknown_range_contain_the_minima_that_fit_as_well(seed):
+    """One of two minima was taken, with an interval of 0.3 to 1.2 % of the range that excluded the true one, or by the curvature towards a limit."""
+    begin, curve, true, noise = cohesive_record(seed)
+    fitted = mdr.fit(begin, curve, list(true))
+    assert fitted.noise < 1.15 * noise
+    for name, value in true.items():
+        assert fitted[name].low < value < fitted[name].high, name

@@ -11,7 +11,7 @@ import numpy as np
 
 from pymdr.errors import ProblemError
 from pymdr.problem.laws import Coulomb
-from pymdr.solving.fits.families import FamilyAxes, Ladder, whole_ladder
+from pymdr.solving.fits.families import RANGES, FamilyAxes, Ladder, whole_ladder
 from pymdr.solving.fits.forces import forces_of
 from pymdr.solving.fits.kernels import point_across_samples
 from pymdr.solving.fits.limits import starts_from_limits
@@ -38,7 +38,7 @@ from pymdr.solving.fits.unknowns import (
 )
 from pymdr.units import FloatArray, written
 
-_STARTS, _COARSE, _SOME, _FINE = 4, 14, 28, 13
+_STARTS, _NEAR, _COARSE, _SOME, _FINE = 4, 2, 14, 28, 13
 _LIKE_NOISE = 1.0
 """Smallest ratio of squared differences between neighbours to squared residuals of noise; 2 for white noise."""
 _BOUNDED = f", or free both {' and '.join(WORKS)}: a fixed one bounds the other"
@@ -62,6 +62,8 @@ class End(NamedTuple):
     free: FloatArray
     wide: FloatArray
     """Standard errors of the free numbers where the distance of equally good ends exceeds the curvature's; else 0."""
+    scanned: tuple[FloatArray, ...] = ()
+    """The free numbers of the ends with fixed ranges, if the range or strength is unknown."""
 
 
 def best_end(search: Search, tolerance: float = TOLERANCE) -> End:
@@ -76,7 +78,7 @@ def best_end(search: Search, tolerance: float = TOLERANCE) -> End:
     if quick is not None:
         starts_by_curve = [[quick[0]]]
     elif nearby is not None:
-        starts_by_curve = nearby
+        starts_by_curve = [own[:_NEAR] for own in nearby]
     elif search.contact.has_edge_history:
         starts_by_curve = edge_starts(search, _STARTS)
     else:
@@ -89,9 +91,7 @@ def best_end(search: Search, tolerance: float = TOLERANCE) -> End:
     ends = []
     for rank in range(max(map(len, starts_by_curve))):
         chosen = [own[min(rank, len(own) - 1)] for own in starts_by_curve]
-        places = [_origins_of(search, one) for one in chosen]
-        start = followed.to_free(chosen[0].values.tolist(), places)
-        ends.append(minimize_from(followed, start, tolerance=tolerance))
+        ends.append(minimize_from(followed, _free_of(followed, chosen), tolerance=tolerance))
         if search.contact.has_edge_history and _is_explained(followed, ends[-1].free):
             break  # a search takes seconds
     if followed.jumps:
@@ -106,7 +106,13 @@ def best_end(search: Search, tolerance: float = TOLERANCE) -> End:
     values, origin = followed.from_free(best)
     pulled = quick if search.contact.adhesion is not None else None
     wide = np.zeros(len(search.names)) if pulled is None else pulled[1]
-    return End(misfit, search.to_free(values.tolist(), origin), wide)
+    scanned = nearby if nearby is not None and any(u.name in RANGES for u in search.unknowns) else []
+    return End(
+        misfit,
+        search.to_free(values.tolist(), origin),
+        wide,
+        tuple(_free_of(search, own) for own in zip(*scanned, strict=True)),
+    )
 
 
 def _end_near(search: Search) -> tuple[float, FloatArray]:
@@ -117,6 +123,11 @@ def _end_near(search: Search) -> tuple[float, FloatArray]:
     one, _ = quick
     free = search.to_free(one.values.tolist(), [_origins_of(search, one)])
     return float((search.residuals(free) ** 2).sum()), free
+
+
+def _free_of(search: Search, chosen: Sequence[Start]) -> FloatArray:
+    """The free numbers of a start of each curve."""
+    return search.to_free(chosen[0].values.tolist(), [_origins_of(search, one) for one in chosen])
 
 
 def _origins_of(search: Search, start: Start) -> dict[str, float]:

@@ -61,6 +61,8 @@ _ROUNDED = 1e-12
 """Ratio to the largest singular value below which one is a rounding error."""
 _RAISED = 1.44
 """Density at low frequencies relative to the variance from which on residuals are called correlated."""
+_ROUNDS, _BETTER = 3, 0.1
+"""Largest number of minima of a scan that are compared, and decrease of the sum of squares in variances of the noise by which one is better."""
 _AT_BOUND = 1e-4
 """Distance to a bound, relative to the free range, below which a number is at the bound."""
 
@@ -129,12 +131,28 @@ def estimated(search: Search) -> Estimate:
         if follows_edge
         else condensed(search)
     )
-    misfit, best, wide = best_end(few, _NEARBY if follows_edge else TOLERANCE)
+    end = best_end(few, _NEARBY if follows_edge else TOLERANCE)
+    best = end.free
     refuse_equal_works(few, best)
     refuse_few(few, few.models(best))
-    refuse_unseen(few, misfit, best)
+    refuse_unseen(few, end.misfit, best)
     if not search.contact.is_viscoelastic and not follows_edge:  # with a history the end is approximate
         refuse_undetermined(few, best, few.slopes(best))
+    own = _estimate_near(search, few, best, end.wide)
+    if not end.scanned:
+        return own
+    scanned = [search.to_free(values.tolist(), places) for values, places in map(few.from_free, end.scanned)]
+    for _ in range(_ROUNDS):
+        grows = [_grows(own, free) for free in scanned]
+        if min(grows) > -_BETTER:
+            break
+        own = _estimate_near(search, few, end.scanned[int(np.argmin(grows))], end.wide)
+    return _covering(own, [free for free, more in zip(scanned, grows, strict=True) if more < _level(own)])
+
+
+def _estimate_near(search: Search, few: Search, best: FloatArray, wide: FloatArray) -> Estimate:
+    """The estimate at the minimum without the samples adjacent to jumps, from the end of a search with all or over means."""
+    follows_edge = search.contact.has_edge_history
     if few is not search and not follows_edge:
         values, origins = few.from_free(best)
         best = moved_across_samples(search, search.to_free(values.tolist(), origins))
@@ -184,6 +202,34 @@ def _least_off_jumps(
         if all(np.array_equal(*pair) for pair in zip(left, used, strict=True)):
             break
     return own, minimum
+
+
+def _level(best: Estimate) -> float:
+    """Growth of the sum of squares in variances of the noise up to which the intervals extend."""
+    return (NORMAL_95 * max(best.widened.values(), default=1.0)) ** 2
+
+
+def _covering(best: Estimate, rivals: list[FloatArray]) -> Estimate:
+    """The estimate with intervals that cover other free numbers, which fit as well: a limit of a law is reached where the curvature tells little."""
+    half = best.width * best.errors
+    for free in rivals:
+        half = np.maximum(half, np.abs(free - best.best))
+    errors = half / best.width
+    return best._replace(errors=errors, values=with_intervals(best.search, best.best, errors, best.width))
+
+
+def _grows(best: Estimate, free: FloatArray) -> float:
+    """Growth of the sum of squares to other free numbers in variances of the noise, without the samples that are adjacent to jumps of either."""
+    search = best.search
+    models = search.models(free)
+    used = samples_off_jumps(models, search)
+    if search.used:
+        used = tuple(one & own for one, own in zip(used, search.used, strict=True))
+    least, larger = (
+        float((_used_parts([one.force - one.model for one in ends], used) ** 2).sum())
+        for ends in (best.models, models)
+    )
+    return (larger / least - 1.0) * sum(map(np.count_nonzero, used)) if least > 0.0 else math.inf
 
 
 def _with_errors(

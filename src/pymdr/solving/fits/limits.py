@@ -24,8 +24,6 @@ _LAMBDAS, _NEXT = np.geomspace(0.1, 6.4, 7), 2.0**0.5
 """Maugis' parameters of the first ranges, and factor of the ranges next to the best one: the valley of the least misfit may be a factor of 4 wide."""
 _RATIOS = np.geomspace(1.0 / 16.0, 16.0, 9)
 """The first ranges relative to that of the start, where Maugis' parameter is not defined."""
-_MOST = 2
-"""Number of starts."""
 
 
 class _Limit(NamedTuple):
@@ -43,7 +41,7 @@ Ending = Callable[[Search], tuple[float, FloatArray]]
 
 def starts_from_limits(search: Search, ending: Ending) -> list[list[Start]] | None:
     """
-    Starts of each curve from the fits of the limits of a law, such as JKR and DMT of Maugis and Dugdale; None if there are none.
+    Starts of each curve, the best first, from the fits of the limits of a law, such as JKR and DMT of Maugis and Dugdale; None if there are none.
 
     An unknown range or strength is scanned with a fixed range, because the misfit has several minima over it.
     """
@@ -67,7 +65,7 @@ def starts_from_limits(search: Search, ending: Ending) -> list[list[Start]] | No
     return [
         [
             Start(misfit, np.array(values), own[i][search.place], own[i][BASELINE], own[i].get(TILT, 0.0))
-            for misfit, values, own in places[:_MOST]
+            for misfit, values, own in places
         ]
         for i in range(len(search.curves))
     ]
