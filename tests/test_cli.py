@@ -975,7 +975,7 @@ def test_a_fit_names_the_file_that_cannot_be_fitted(case, tmp_path, shell):
     rubbed = tmp_path / "rubbed.toml"
     rubbed.write_text(BALL_CASE + '[friction]\nkind = "coulomb"\ncoefficient = 0.3\n')
     _, _, err = shell("fit", rubbed, whole, "--free", "body.young")
-    assert err.startswith("pymdr: fit: the contact has friction")
+    assert err.startswith("pymdr: the contact has friction")
 
 
 # --- options ------------------------------------------------------------------------------------------------

@@ -59,7 +59,7 @@ def test_every_file_is_fitted_or_excluded_with_its_reason(folder):
         np.testing.assert_allclose(result, moduli, rtol=0.01)
     groups = study.statistics["body.young"]
     np.testing.assert_allclose(groups["median"], [np.median(v) for v in SAMPLES.values()], rtol=0.01)
-    assert "flat.csv is excluded: fit: the record shows no contact" in study.summary()
+    assert "flat.csv is excluded: the record shows no contact" in study.summary()
     assert not faults(study.plot())
 
 

@@ -568,7 +568,7 @@ def test_a_fit_range_without_samples_is_refused(machine, limits, text):
     words = rf"fit range: {text} .*: 0 of 240 samples are within it and in contact \(limit 3\); give a larger range"
     with pytest.raises(ProblemError, match=words):
         mdr.fit(start, curve, ["body.young"], fit_range=limits)
-    with pytest.raises(ProblemError, match=rf"fit_map: no curve is fitted: {words}"):
+    with pytest.raises(ProblemError, match=rf"no curve is fitted: {words}"):
         mdr.fit_map(start, [curve], ["body.young"], fit_range=limits)
 
 

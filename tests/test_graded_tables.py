@@ -143,7 +143,7 @@ def test_the_ends_of_the_domain():
 def test_values_that_are_refused_are_named():
     with pytest.raises(ProblemError, match=r"f\(.*\) = .*finite, above 0 and not falling"):
         graded_table(lambda x: 1.0 - x, 1.0)
-    with pytest.raises(ProblemError, match=r"tabulated_curves: a\(.*m\) = "):
+    with pytest.raises(ProblemError, match=r"a\(.*m\) = "):
         tabulated_curves(lambda d: 1.0 - d, 1.0, 1.0)
     with pytest.raises(ConvergenceError, match="larger tolerance"):
         graded_table(lambda x: x + 1e-6 * (np.sin(1e7 * x) + 1e7 * x), 1.0)

@@ -676,9 +676,7 @@ def test_a_stress_that_does_not_grow_with_the_work_is_fitted_law_by_law(monkeypa
 def test_laws_of_ones_own_are_refused_where_a_table_or_a_stress_is_not_known(monkeypatch):
     monkeypatch.setitem(THEORIES, Edge, replace(THEORIES[mdr.JKR], proportional=lambda law: False))
     contact = mdr.Contact(mdr.Paraboloid("1 mm"), BODIES[0], adhesion=Edge("10 mJ/m^2"))
-    with pytest.raises(
-        mdr.ProblemError, match=r"export_law: .*Edge is not tabulated; give JKR or DMT, or write"
-    ):
+    with pytest.raises(mdr.ProblemError, match="Edge is not tabulated; give JKR or DMT, or write"):
         mdr.export_law(contact, to="3 um")
     with pytest.raises(
         mdr.ProblemError, match="Edge has no cohesive stress, so the stress at its edge is not known; use"

@@ -358,15 +358,18 @@ def test_what_is_refused(make, message):
 
 
 @pytest.mark.parametrize(
-    "contact",
+    ("contact", "message"),
     [
-        mdr.Contact(mdr.Sphere("1 mm"), STEEL, adhesion=mdr.JKR("1 J/m^2")),
-        mdr.Contact(mdr.Sphere("1 mm"), STEEL, friction=mdr.Coulomb(math.inf)),
-        mdr.Contact(mdr.Sphere("1 mm"), mdr.Viscoelastic(mdr.Maxwell("1 MPa", "1 s"), 0.5)),
+        (mdr.Contact(mdr.Sphere("1 mm"), STEEL, adhesion=mdr.JKR("1 J/m^2")), "^adhesive contacts are not"),
+        (mdr.Contact(mdr.Sphere("1 mm"), STEEL, friction=mdr.Coulomb(math.inf)), "^mu = inf; .* finite"),
+        (
+            mdr.Contact(mdr.Sphere("1 mm"), mdr.Viscoelastic(mdr.Maxwell("1 MPa", "1 s"), 0.5)),
+            "^bodies with memory",
+        ),
     ],
 )
-def test_contacts_that_a_machine_does_not_take(contact):
-    with pytest.raises(mdr.ProblemError, match="move: "):
+def test_contacts_that_a_machine_does_not_take(contact, message):
+    with pytest.raises(mdr.ProblemError, match=message):
         mdr.move(mdr.Machine([mdr.Mass("a", 1)], [mdr.Joint(contact, "a")]), "1 s")
 
 
@@ -520,9 +523,9 @@ def test_the_shell_moves_a_case(tmp_path, shell, monkeypatch):
         (
             "steps = 20",
             "accuracy = 2",
-            "wrong.toml: [machine] move: accuracy = 2; it must be at least 1e-12 and below 1",
+            "wrong.toml: [machine] accuracy = 2; it must be at least 1e-12 and below 1",
         ),
-        ("steps = 20", "accuracy = nan", "wrong.toml: [machine] move: accuracy = nan"),
+        ("steps = 20", "accuracy = nan", "wrong.toml: [machine] accuracy = nan"),
         ('"33 g"', '"0 g"', "above 0 kg"),
     ):
         (tmp_path / "wrong.toml").write_text(CASE.replace(right, wrong))

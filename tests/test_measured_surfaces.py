@@ -465,7 +465,7 @@ def peaks(*places):
     ],
 )
 def test_what_is_not_one_bump(heights, words):
-    with pytest.raises(mdr.ProblemError, match="azimuthal_profile: not one bump") as refusal:
+    with pytest.raises(mdr.ProblemError, match="not one bump") as refusal:
         mdr.azimuthal_profile(mdr.Topography(1e-9 * heights, "1 um"))
     assert words in str(refusal.value)
 

@@ -515,7 +515,7 @@ BAD = [
     (lambda: mdr.pull_off(BALL), "adhesion"),
     (lambda: mdr.verify(BALL, mdr.indent("1 um")), "no independent solver"),
     (lambda: mdr.effective_moduli(COPPER, mdr.Rigid()), "largest indentation"),
-    (lambda: mdr.export_law(BALL, "1 um"), "export_law: .* largest indentation; use Stepper"),
+    (lambda: mdr.export_law(BALL, "1 um"), "largest indentation; use Stepper"),
     (
         lambda: mdr.solve(mdr.Contact(mdr.Sphere(1.0), COPPER, adhesion=mdr.JKR(1.0)), mdr.load("1 TN")),
         "0.9 of the radius",

@@ -400,9 +400,13 @@ def test_realised_surfaces_have_their_spectrum(hurst, waves, number, size):
 
 def test_realised_surfaces_are_refused():
     surface = mdr.RoughSurface(0.8, "1 um", "1 mm", "100 um")
-    for wrong in ({"points": 39}, {"points": -1}, {"realisation": 1.5}):
-        with pytest.raises(ProblemError, match=r"RoughSurface\.topography"):
-            surface.topography(**wrong)
+    for name, wrong, needed in (
+        ("points", 39, "at least 40"),
+        ("points", -1, "a whole number"),
+        ("realisation", 1.5, "a whole number"),
+    ):
+        with pytest.raises(ProblemError, match=rf"^{name} = {wrong}; {needed}"):
+            surface.topography(**{name: wrong})
     assert surface.topography().heights.shape == (80, 80)
 
 

@@ -55,7 +55,7 @@ def checked(inside: Inside, name: str, *, within: bool) -> Inside:
             given[key] = value  # type: ignore[literal-required]
     if given and not within:
         raise QuantityError(
-            f"field: {', '.join(f'{key}=' for key in given)} {'is' if len(given) == 1 else 'are'} for fields inside a body; "
+            f"{', '.join(f'{key}=' for key in given)} {'is' if len(given) == 1 else 'are'} for fields inside a body; "
             f"{shown(name)} is not one"
         )
     return given
@@ -124,7 +124,7 @@ def interior_field(
     background = background_of(inside.get("superposed"))
     if background is not None and name == "interior_displacement":
         raise QuantityError(
-            "field: superposed= is a stress; leave it out, or read stress instead of interior_displacement"
+            "superposed= is a stress; leave it out, or read stress instead of interior_displacement"
         )
     planar = "x" in inside or "y" in inside
     if r is not None and (planar or background is not None or not interior.revolves):
@@ -133,13 +133,13 @@ def interior_field(
             if planar
             else "with friction or a superposed stress the field is not of revolution; give x= (and y=) instead of r="
         )
-        raise QuantityError(f"field: {reason}")
+        raise QuantityError(str(reason))
     flat = interior.revolves and not planar and background is None
     end = 2.0 * interior.load(chosen[-1]).radius or 1.0
     depth = _axis(inside.get("z"), DEPTH, interior.depths(end))
     if not np.all(depth >= 0.0):
         raise QuantityError(
-            f"field: z = {shown(inside['z'])}; it must be at least 0 m (depths count into each body)"
+            f"z = {shown(inside['z'])}; it must be at least 0 m (depths count into each body)"
         )
     scalars: dict[str, Any] = {}
     if flat:
@@ -186,7 +186,7 @@ def interior_field(
 def _axis(given: ArrayQuantityLike | None, axis: Quantity, otherwise: FloatArray) -> FloatArray:
     values = otherwise if given is None else np.atleast_1d(to_si_array(given, "m", name=axis.name))
     if values.ndim != 1:
-        raise QuantityError(f"field: {axis.name} has the shape {values.shape}; one row is needed")
+        raise QuantityError(f"{axis.name} has the shape {values.shape}; one row is needed")
     return values
 
 
@@ -208,7 +208,7 @@ def largest_in(
         Steps, and whether they become a dimension.
     """
     if one_name(name) not in interior.measures:
-        raise QuantityError(f"largest: no measure {shown(name)}; give one of {', '.join(interior.measures)}")
+        raise QuantityError(f"no measure {shown(name)}; give one of {', '.join(interior.measures)}")
     (chosen, several), background = rows, background_of(superposed)
     peaks = np.full((len(chosen), len(Largest._fields)), np.nan)
     known = [k for k, i in enumerate(chosen) if valid[i]]

@@ -117,7 +117,7 @@ def stress_of_tractions(
     """
     places = np.asarray(points, dtype=float)
     if not np.all(places[:, 2] > 0.0):
-        raise ProblemError(f"stress_of_tractions: depths {shown(places[:, 2])}; all must be above 0 m")
+        raise ProblemError(f"depths {shown(places[:, 2])}; all must be above 0 m")
     bounds = np.array([0.0, *np.atleast_1d(np.asarray(radii, dtype=float))])
     t, w = np.polynomial.legendre.leggauss(n)
     theta, half = 0.5 * math.pi * (t + 1.0), 0.5 * np.diff(bounds)[:, None]

@@ -113,9 +113,7 @@ def follow_torsion(
         it is moved by the rest of the row only.
     """
     if len(depths) != len(twists):
-        raise ProblemError(
-            f"follow_torsion: {len(depths)} indentations and {len(twists)} twists; give equal numbers"
-        )
+        raise ProblemError(f"{len(depths)} indentations and {len(twists)} twists; give equal numbers")
     r = (edges[1:] + edges[:-1]) / 2.0
     compliance = torsion_matrix(edges) / shear
     arms = 2.0 * math.pi / 3.0 * np.diff(edges**3)

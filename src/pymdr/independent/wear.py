@@ -122,7 +122,7 @@ def wear_by_rings(
                 slip, last = np.maximum(slip + relaxed * rest, 0.0), rest
             else:
                 raise ConvergenceError(
-                    f"wear_by_rings: the slip did not converge at {stop:g} cycles; use more rows or another number of rings"
+                    f"the slip did not converge at {stop:g} cycles; use more rows or another number of rings"
                 )
             worn = before + weight * slip * p
             if stage == 0:
@@ -173,7 +173,7 @@ def _pressed(
         if np.array_equal(new, inside):
             return p, d
         inside = new
-    raise ConvergenceError("wear_by_rings: the contact zone did not converge; use another number of rings")
+    raise ConvergenceError("the contact zone did not converge; use another number of rings")
 
 
 def _slip(matrix: FloatArray, cap: FloatArray, amplitude: float) -> FloatArray:
@@ -191,6 +191,4 @@ def _slip(matrix: FloatArray, cap: FloatArray, amplitude: float) -> FloatArray:
             return np.where(loaded & ~stuck, np.maximum(slip, 0.0), 0.0)
         # rings that turned back to slip stay there, so that the search ends
         stuck = new
-    raise ConvergenceError(
-        "wear_by_rings: the zones of stick and slip did not converge; use another number of rings"
-    )
+    raise ConvergenceError("the zones of stick and slip did not converge; use another number of rings")

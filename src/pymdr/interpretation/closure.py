@@ -266,7 +266,7 @@ def pressed_curve(
     }
     for name in (name for name, has in lacking.items() if has):
         raise ProblemError(
-            f"force_curve: this contact has {name}; a ForceCurve needs homogeneous elastic half-spaces without adhesion"
+            f"this contact has {name}; a ForceCurve needs homogeneous elastic half-spaces without adhesion"
         )
     rows = np.argsort(depth, kind="stable")
     rows = rows[np.isfinite(depth[rows]) & np.isfinite(force[rows])]

@@ -279,14 +279,14 @@ def driven(
     conduction = next((one for one in CONDUCTIONS if one.field == name), None)
     if conduction is None:
         raise QuantityError(
-            f"field: drop= and flow= are for {' and '.join(one.field for one in CONDUCTIONS)}; leave them out for {name}"
+            f"drop= and flow= are for {' and '.join(one.field for one in CONDUCTIONS)}; leave them out for {name}"
         )
     unit = f"{conduction.flows_in}/m^2"
     if drop is not None and flow is not None:
-        raise QuantityError(f"field: drop = {shown(drop)} and flow = {shown(flow)}; give one of them")
+        raise QuantityError(f"drop = {shown(drop)} and flow = {shown(flow)}; give one of them")
     if drop is not None:
         if isinstance(drop, str) and "deg" in drop and "delta" not in drop:
-            raise QuantityError(f"field: drop = {shown(drop)} is a temperature; write the difference in K")
+            raise QuantityError(f"drop = {shown(drop)} is a temperature; write the difference in K")
         return unit, np.full(rows, to_si(drop, conduction.driven_by, name="drop"))
     assert flow is not None
     conducting, whole = values_of(conduction.quantity), to_si(flow, conduction.flows_in, name="flow")

@@ -54,7 +54,7 @@ def kalker_coefficient(poisson: float, direction: str = "longitudinal") -> float
     """
     if not 0.0 <= poisson <= 0.5:
         raise ProblemError(
-            f"rolling: Poisson's ratio = {poisson:g}, but Kalker's coefficients are known for 0 to 0.5; use law='plain'"
+            f"Poisson's ratio = {poisson:g}, but Kalker's coefficients are known for 0 to 0.5; use law='plain'"
         )
     low, middle, high = _KALKER[direction]
     u = poisson / _POISSON[1]
@@ -94,17 +94,17 @@ def calibrated_modulus(contact: Contact, moduli: EffectiveModuli, direction: str
     pair = kalker_pair(contact)
     if pair is None:
         raise ProblemError(
-            "rolling: law='calibrated' needs isotropic bodies; Kalker's coefficients are not known for "
+            "law='calibrated' needs isotropic bodies; Kalker's coefficients are not known for "
             f"{contact.body!r} on {contact.counterbody!r}; use law='plain'"
         )
     if contact.profile.tip_radius is None:
         raise ProblemError(
-            "rolling: law='calibrated' needs a round tip (Hertz contact, for which Kalker's coefficients and the law of saturation "
+            "law='calibrated' needs a round tip (Hertz contact, for which Kalker's coefficients and the law of saturation "
             f"are known), not a {type(contact.profile).__name__}; use law='plain'"
         )
     if not moduli.similar:
         raise ProblemError(
-            "rolling: law='calibrated' needs elastically similar bodies, because Kalker's coefficients neglect the coupling of "
+            "law='calibrated' needs elastically similar bodies, because Kalker's coefficients neglect the coupling of "
             f"pressure and shear; Dundurs' beta = {moduli.dundurs_beta:.3g}, not 0; use law='plain'"
         )
     return 0.5 * kalker_coefficient(pair.poisson, direction) * pair.shear

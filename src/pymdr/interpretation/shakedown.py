@@ -124,7 +124,7 @@ def _largest(stresses: Stresses, measure: Measure, x: FloatArray, y: FloatArray,
         before, near = top, near * _NEARER
         x, y = _refined(x, np.any(active, axis=1)), _refined(y, np.any(active, axis=0))
     raise ConvergenceError(
-        f"shakedown: the bound still changes by more than {_AGREED:g} after {_ROUNDS} refinements of the grid; round narrow features of the profile"
+        f"the bound still changes by more than {_AGREED:g} after {_ROUNDS} refinements of the grid; round narrow features of the profile"
     )
 
 

@@ -175,5 +175,5 @@ def mean_displacement(line: ElasticLine, a: float, d: float) -> tuple[float, flo
     if error <= _TOLERABLE:
         return mean, error
     raise ConvergenceError(
-        f"frictional_heat: the mean of the profile does not converge: {mean:.6g} m with {_NODES[-1]} nodes, relative error {error:.1g}; name the radii where the profile is not smooth as breakpoints"
+        f"the mean of the profile does not converge: {mean:.6g} m with {_NODES[-1]} nodes, relative error {error:.1g}; name the radii where the profile is not smooth as breakpoints"
     )

@@ -140,7 +140,7 @@ def depths_of_energy(potential: Potential, energy: FloatArray, deepest: float) -
             break
     if not np.all(moved <= 1e-12 * d):
         raise ConvergenceError(
-            "impact: the search for the largest indentation did not converge; check the magnitudes of mass and speed"
+            "the search for the largest indentation did not converge; check the magnitudes of mass and speed"
         )
     return d
 

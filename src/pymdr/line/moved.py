@@ -164,7 +164,7 @@ class Moved(ABC):
     def rotate(self, angle: Any) -> None:
         """Turn everything in the plane by an angle in rad; contacts that move along one line refuse it."""
         raise ProblemError(
-            "Stepper.rotate: the contact moves along one line, which cannot turn; elastic bodies with friction move in the plane with springs=, "
+            "the contact moves along one line, which cannot turn; elastic bodies with friction move in the plane with springs=, "
             "such as springs=32"
         )
 
@@ -266,7 +266,7 @@ class OnNormal(WithoutAdhesion, Moved):
 
 def beyond(given: str) -> PathError:
     """The error of a value in m that is not finite, or whose products overflow."""
-    return PathError(f"Stepper.advance: {given}; a finite value within {LARGEST:g} m is needed")
+    return PathError(f"{given}; a finite value within {LARGEST:g} m is needed")
 
 
 def durations_of(count: int, duration: Any) -> list[float]:
@@ -275,6 +275,6 @@ def durations_of(count: int, duration: Any) -> list[float]:
     for each in given:
         if each is None or not 0.0 <= float(each) <= LARGEST:
             raise PathError(
-                f"Stepper.advance: duration = {shown(each)}; a body with memory needs the duration of every step in s, finite and at least 0 and at most {LARGEST:g}"
+                f"duration = {shown(each)}; a body with memory needs the duration of every step in s, finite and at least 0 and at most {LARGEST:g}"
             )
     return [float(each) for each in np.broadcast_to(given, count)]

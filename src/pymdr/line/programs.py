@@ -177,7 +177,7 @@ def compiled_of(contacts: Moved, deepest: float, capacity: int) -> CompiledStep:
         Number of turning points that every stack can hold.
     """
     raise ProblemError(
-        "Stepper.compiled: contacts of bodies with memory and friction or adhesion, and of bodies that yield with adhesion or apparent_radius, "
+        "contacts of bodies with memory and friction or adhesion, and of bodies that yield with adhesion or apparent_radius, "
         "have no compiled step; "
         "call advance, with count= for many contacts at once"
     )

@@ -52,17 +52,13 @@ def azimuthal_mean(shape: profiles.Shape) -> profiles.Profile:
     1.5
     """
     if not isinstance(shape, profiles.Shape):
-        raise ProblemError(
-            f"azimuthal_mean: {shown(shape)} is not a body with a gap f(x, y), such as Pyramid.vickers()"
-        )
+        raise ProblemError(f"{shown(shape)} is not a body with a gap f(x, y), such as Pyramid.vickers()")
     return _mean_of(shape)
 
 
 @singledispatch
 def _mean_of(shape: profiles.Shape) -> profiles.Profile:
-    raise ProblemError(
-        f"azimuthal_mean: no mean of {type(shape).__name__}; give it as Function2D(shape.gap_at)"
-    )
+    raise ProblemError(f"no mean of {type(shape).__name__}; give it as Function2D(shape.gap_at)")
 
 
 @_mean_of.register

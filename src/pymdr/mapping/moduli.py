@@ -276,7 +276,7 @@ def effective_moduli(body: Material, counterbody: Material | None = None) -> Eff
     beta = 0.5 * (one.coupling - other.coupling) / normal
     moduli = EffectiveModuli(1.0 / normal, 1.0 / tangential, beta, exponent)
     if not all(map(math.isfinite, (moduli.normal, moduli.tangential, beta))):
-        raise ProblemError(f"effective_moduli: {body!r} and {counterbody!r} overflow; use moduli in Pa")
+        raise ProblemError(f"{body!r} and {counterbody!r} overflow; use moduli in Pa")
     return moduli
 
 

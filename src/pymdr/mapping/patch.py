@@ -49,12 +49,10 @@ def full_contact_stiffness(width: QuantityLike, length: QuantityLike) -> float:
     """
     w, h = to_si(width, "m", name="width"), to_si(length, "m", name="length")
     if not min(w, h) > 0.0:
-        raise ProblemError(
-            f"full_contact_stiffness: sides {metres(w)} and {metres(h)}; both must be above 0 m"
-        )
+        raise ProblemError(f"sides {metres(w)} and {metres(h)}; both must be above 0 m")
     if max(w, h) > _SLENDEREST * min(w, h):
         raise ProblemError(
-            f"full_contact_stiffness: sides {metres(w)} and {metres(h)}; one may be at most {_SLENDEREST:g} times the other"
+            f"sides {metres(w)} and {metres(h)}; one may be at most {_SLENDEREST:g} times the other"
         )
     return math.sqrt(w) * math.sqrt(h) * _of_unit_area(max(w, h) / min(w, h))
 

@@ -84,7 +84,7 @@ def relaxation_of(
     counterbody = Rigid() if counterbody is None else counterbody
     if (exponent := common_exponent(body, counterbody)) != 0.0:
         raise ProblemError(
-            f"relaxation_of: bodies graded with the exponent {exponent:g} are elastic and do not relax; use effective_moduli"
+            f"bodies graded with the exponent {exponent:g} are elastic and do not relax; use effective_moduli"
         )
     times = None if span is None else (to_si(span[0], "s", name="span"), to_si(span[1], "s", name="span"))
     return in_series([*_links(body, times, tangential), *_links(counterbody, times, tangential)])

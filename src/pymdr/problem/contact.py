@@ -257,8 +257,8 @@ class Contact(Value):
         )
 
 
-def require_contact(contact: object, prefix: str) -> Contact:
+def require_contact(contact: object) -> Contact:
     """The contact; a value that is not one is refused."""
     if not isinstance(contact, Contact):
-        raise ProblemError(f"{prefix}: {shown(contact)} is not a Contact; write Contact(profile, body)")
+        raise ProblemError(f"{shown(contact)} is not a Contact; write Contact(profile, body)")
     return contact

@@ -119,7 +119,7 @@ class PowerLawRheology(Rheology):
         largest = float(np.max(np.abs(kernel(t) / self.relaxation(t) - 1.0)))
         if largest > error:
             raise ConvergenceError(
-                f"PowerLawRheology.prony: the relative error of {rates.size} terms is {largest:.2g} (limit {error:g}); "
+                f"the relative error of {rates.size} terms is {largest:.2g} (limit {error:g}); "
                 "give a larger error"
             )
         return (kernel.moduli, kernel.times), largest
@@ -170,7 +170,7 @@ class PowerLawRheology(Rheology):
         """
         first, last = _span(shortest, longest)
         if not 1e-12 <= error <= 0.1:
-            raise ProblemError(f"PowerLawRheology.prony: error = {error:g}; it must be from 1e-12 to 0.1")
+            raise ProblemError(f"error = {error:g}; it must be from 1e-12 to 0.1")
         (moduli, times), _ = self._series(first, last, error)
         return Prony(0.0, moduli, times)
 

@@ -292,7 +292,7 @@ class Joint(Link):
     name: str = "contact"
 
     def __post_init__(self) -> None:
-        require_contact(self.contact, "Joint")
+        require_contact(self.contact)
         if not self.normal and not self.tangential:
             raise ProblemError("Joint: neither normal nor tangential is given; name the bodies that move it")
         _check_name(self)

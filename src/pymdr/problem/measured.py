@@ -147,7 +147,7 @@ class MeasuredSamples(Value):
             If the curve has no step.
         """
         if self.before is None:
-            raise ProblemError("undo: this curve has no preparation step to undo")
+            raise ProblemError("this curve has no preparation step to undo")
         return self.before
 
     def _repr_html_(self) -> str:

@@ -108,13 +108,13 @@ def lissajous(
     [7.07e-07, 5e-07]
     """
     name, pair = _one("lissajous", {"shift": shift, "tangential_force": tangential_force})
-    sizes = to_si_array(pair, _CHANNELS[name], name=f"lissajous: {name}")
+    sizes = to_si_array(pair, _CHANNELS[name], name=name)
     if sizes.shape != (2,):
-        raise PathError(f"lissajous: {name} = {shown(pair)}; give a pair of amplitudes along x and y")
+        raise PathError(f"{name} = {shown(pair)}; give a pair of amplitudes along x and y")
     both = np.asarray(frequencies, dtype=float)
     if both.shape != (2,) or not np.all((both > 0.0) & np.isfinite(both)):
-        raise PathError(f"lissajous: frequencies = {shown(frequencies)}; give a pair of numbers above 0")
-    at = to_si(phase, "rad", name="lissajous: phase")
+        raise PathError(f"frequencies = {shown(frequencies)}; give a pair of numbers above 0")
+    at = to_si(phase, "rad", name="phase")
     rows = _rows("lissajous", steps, turns)
     return _orbit("lissajous", name, sizes, (float(both[0]), float(both[1])), at, (turns, rows), center)
 

@@ -55,7 +55,7 @@ def parameters_of(contact: Contact) -> tuple[Parameter, ...]:
     >>> [p.name for p in mdr.parameters_of(mdr.Contact(mdr.Sphere("1 mm"), mdr.Elastic("1 GPa", 0.3)))]
     ['profile.radius', 'body.young', 'body.poisson']
     """
-    return tuple(_numbers(require_contact(contact, "parameters"), ""))
+    return tuple(_numbers(require_contact(contact), ""))
 
 
 def parameter_of(contact: Contact, name: str) -> Parameter:
@@ -105,10 +105,10 @@ def with_parameters(contact: Contact, values: Mapping[str, Any]) -> Contact:
     >>> mdr.with_parameters(ball, {"profile.radius": "2 mm", "body.young": 2e9})
     Contact(profile=Sphere(radius=0.002), body=Elastic(young=2000000000.0, poisson=0.3), counterbody=Rigid(), adhesion=None, friction=None)
     """
-    require_contact(contact, "parameters")
+    require_contact(contact)
     if not isinstance(values, Mapping):
         raise ProblemError(
-            f"parameters: {shown(values)} is not a mapping of names to values such as {{'body.young': '2 MPa'}}"
+            f"{shown(values)} is not a mapping of names to values such as {{'body.young': '2 MPa'}}"
         )
     _refuse_replaced([str(name) for name in values])
     changes = []
@@ -132,9 +132,7 @@ def _refuse_replaced(names: list[str]) -> None:
     for i, whole in enumerate(names):
         for part in names[:i]:
             if part.startswith((f"{whole}.", f"{whole}[")):
-                raise ProblemError(
-                    f"parameters: {whole!r} would discard the change of {part!r}; give {whole!r} first"
-                )
+                raise ProblemError(f"{whole!r} would discard the change of {part!r}; give {whole!r} first")
 
 
 class _Change(NamedTuple):

@@ -207,14 +207,12 @@ class RoughSurface(Value):
         """
         nx, ny = self.pixels(points)
         if not isinstance(realisation, int | np.integer) or isinstance(realisation, bool) or realisation < 0:
-            raise ProblemError(
-                f"RoughSurface.topography: realisation = {shown(realisation)}; a whole number of at least 0 is needed"
-            )
+            raise ProblemError(f"realisation = {shown(realisation)}; a whole number of at least 0 is needed")
         needed, waves = float(nx) * ny, math.prod(float(side) / self.shortest for side in self.size)
         needed = _BYTES_PER_PIXEL * needed + _BYTES_PER_WAVE * waves
         if needed > memory_of_machine():
             raise ProblemError(
-                f"RoughSurface.topography: {nx} x {ny} pixels need about {needed / 1e9:.3g} GB (this machine has {memory_of_machine() / 1e9:.3g} GB); "
+                f"{nx} x {ny} pixels need about {needed / 1e9:.3g} GB (this machine has {memory_of_machine() / 1e9:.3g} GB); "
                 f"use a longer shortest wavelength (now {metres(self.shortest)}), a smaller patch, or fewer points"
             )
         return Topography(_heights(self, int(realisation), nx, ny), self.size)
@@ -240,12 +238,10 @@ class RoughSurface(Value):
         least = math.ceil(_FEWEST * self.longer_side / self.shortest * (1.0 - 1e-12))
         number = 2 * least if points is None else points
         if not isinstance(number, int | np.integer) or isinstance(number, bool) or number < 0:
-            raise ProblemError(
-                f"RoughSurface.topography: points = {shown(number)}; a whole number of at least 0 is needed"
-            )
+            raise ProblemError(f"points = {shown(number)}; a whole number of at least 0 is needed")
         if number < least:
             raise ProblemError(
-                f"RoughSurface.topography: points = {number}; at least {least} are needed along the longer side (4 per shortest wave); use "
+                f"points = {number}; at least {least} are needed along the longer side (4 per shortest wave); use "
                 "more points or a longer shortest wavelength"
             )
         nx, ny = (max(2, round(int(number) * side / self.longer_side)) for side in self.size.tolist())

@@ -189,7 +189,7 @@ def known_legs(path: LoadingPath) -> list[KnownLeg]:
     for number, leg in enumerate(legs(path), 1):
         if not isinstance(leg, KnownLeg):
             raise PathError(
-                f"solve: leg {number} is a {type(leg).__name__}, which is unknown; use load(...), hold(...), cycle(...) or Path(...)"
+                f"leg {number} is a {type(leg).__name__}, which is unknown; use load(...), hold(...), cycle(...) or Path(...)"
             )
         known.append(leg)
     return known

@@ -353,7 +353,7 @@ def in_series(kernels: Sequence[Relaxation]) -> Relaxation:
     array([2.])
     """
     if not kernels:
-        raise ProblemError("in_series: at least one kernel is needed")
+        raise ProblemError("at least one kernel is needed")
     if len(kernels) == 1:
         return kernels[0]
     creeps = [kernel.retardation for kernel in kernels]

@@ -313,7 +313,7 @@ class Result(Checked):
         places = checked(inside, name, within=one_name(name) in INTERIOR_FIELDS)
         if name in INTERIOR_FIELDS:
             if angle is not None or drop is not None or flow is not None:
-                raise QuantityError(f"field: angle=, drop= and flow= do not apply to {name}; leave them out")
+                raise QuantityError(f"angle=, drop= and flow= do not apply to {name}; leave them out")
             interior = self._interior(places.get("side"))
             return interior_field(interior, name, r, places, self._valid_rows("stress", name, step))
         self._require_field(name)
@@ -326,7 +326,7 @@ class Result(Checked):
             surface.default_radii(chosen[-1]) if r is None else np.atleast_1d(to_si_array(r, "m", name="r"))
         )
         if radii.ndim != 1:
-            raise QuantityError(f"field: r has the shape {radii.shape}; one row of radii is needed")
+            raise QuantityError(f"r has the shape {radii.shape}; one row of radii is needed")
         if name in ("gap", "equivalent_profile"):
             require_known(self.contact.profile, radii, name)
         values = np.array([surface.field(name, np.abs(radii), i) for i in chosen])
@@ -447,7 +447,7 @@ class Result(Checked):
     def _towards(self, angle: float) -> FieldReader:
         surface = self.surface
         if not isinstance(surface, DirectedReader):
-            raise QuantityError("field: angle= is for bodies that are not of revolution; leave it out")
+            raise QuantityError("angle= is for bodies that are not of revolution; leave it out")
         return surface.towards(angle)
 
     def summary(self) -> str:
@@ -615,7 +615,7 @@ class Result(Checked):
         rows = spread_rows(valid) if step is None else row_indices(step, valid.size)
         if not rows or not valid[rows].all():
             raise NotValidError(
-                "animate_stress: in these rows the stress is not valid or the bodies do not touch; choose rows in contact with step="
+                "in these rows the stress is not valid or the bodies do not touch; choose rows in contact with step="
             )
         history = next(
             (self.data[x], self.data[y])

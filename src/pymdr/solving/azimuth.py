@@ -16,7 +16,6 @@ from pymdr.problem.topography import Topography
 from pymdr.solving.study import Study, dataset
 from pymdr.units import ArrayQuantityLike, QuantityLike, metres, shown, to_si, to_si_array
 
-_PREFIX = "azimuthal_profile"
 _DRAWN = 400
 
 
@@ -124,24 +123,19 @@ def azimuthal_profile(
     """
     if not isinstance(topography, Topography):
         raise ProblemError(
-            f"{_PREFIX}: {shown(topography)} is not a Topography; read one with read_topography, or write Topography(heights, size)"
+            f"{shown(topography)} is not a Topography; read one with read_topography, or write Topography(heights, size)"
         )
-    heights = topography.complete(_PREFIX)
+    heights = topography.complete()
     middle = None
     if centre is not None:
         given = to_si_array(centre, "m", name="centre")
         if given.shape != (2,) or np.any(given <= 0.0) or np.any(given >= topography.size):
-            raise ProblemError(
-                f"{_PREFIX}: centre = {shown(centre)}; give x and y of a point within the patch"
-            )
+            raise ProblemError(f"centre = {shown(centre)}; give x and y of a point within the patch")
         middle = (float(given[0]), float(given[1]))
     last = None if max_radius is None else to_si(max_radius, "m", name="max_radius")
     if last is not None and not last > 0.0:
-        raise ProblemError(f"{_PREFIX}: max_radius = {shown(max_radius)}; it must be above 0 m")
-    try:
-        bump = mean_profile(heights, topography.spacing, middle, last)
-    except ProblemError as error:
-        raise ProblemError(f"{_PREFIX}: {error}") from error
+        raise ProblemError(f"max_radius = {shown(max_radius)}; it must be above 0 m")
+    bump = mean_profile(heights, topography.spacing, middle, last)
     columns = {"f": bump.height, "scatter": bump.scatter}
     return AzimuthalProfile(
         data=dataset(

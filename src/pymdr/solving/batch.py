@@ -115,13 +115,13 @@ def solve_batch(
     for name, yielded in (("contacts", contacts), ("path", path)):
         if not isinstance(yielded, Iterable | LoadingPath):
             raise ProblemError(
-                f"solve_batch: {name} = {shown(yielded)}; a list is needed, such as [Contact(profile, body)]"
+                f"{name} = {shown(yielded)}; a list is needed, such as [Contact(profile, body)]"
             )
     bodies = list(contacts)
     paths = [path] * len(bodies) if isinstance(path, LoadingPath) else list(path)
     if len(paths) != len(bodies):
         raise ProblemError(
-            f"solve_batch: {len(paths)} paths for {len(bodies)} contacts; give one path for all, or one for each"
+            f"{len(paths)} paths for {len(bodies)} contacts; give one path for all, or one for each"
         )
     requests = [Request(*both, machine_stiffness) for both in zip(bodies, paths, strict=True)]
     answers = solutions(requests, {"keep": keep, "tolerance": tolerance}, workers)

@@ -26,7 +26,6 @@ from pymdr.solving.study import Column, Study, over_rows
 from pymdr.solving.workers import Workers, checked_workers, counted, in_order
 from pymdr.units import FloatArray, shown
 
-_PREFIX = "calibrate_coefficient"
 _UNIT = Elastic(1.0, 0.0)
 _LINES = 100
 _FRACTIONS = (0.015, 0.985)
@@ -206,14 +205,12 @@ def _misfit(off: FloatArray, coefficients: list[float]) -> dict[str, Any]:
 def _check(surface: RoughSurface, realisations: int) -> None:
     if not isinstance(surface, RoughSurface):
         raise ProblemError(
-            f"{_PREFIX}: {shown(surface)} is not a RoughSurface; write RoughSurface(hurst=0.8, rms='1 um', size='1 mm', shortest='10 um')"
+            f"{shown(surface)} is not a RoughSurface; write RoughSurface(hurst=0.8, rms='1 um', size='1 mm', shortest='10 um')"
         )
     if surface.size[0] != surface.size[1]:
-        raise ProblemError(f"{_PREFIX}: the patch is a rectangle; lines are calibrated on a square")
+        raise ProblemError("the patch is a rectangle; lines are calibrated on a square")
     if isinstance(realisations, bool) or not isinstance(realisations, int) or realisations < 1:
-        raise ProblemError(
-            f"{_PREFIX}: realisations = {shown(realisations)}; a whole number of at least 1 is needed"
-        )
+        raise ProblemError(f"realisations = {shown(realisations)}; a whole number of at least 1 is needed")
 
 
 def _fitted_loads(fractions: FloatArray) -> np.ndarray:
@@ -222,7 +219,7 @@ def _fitted_loads(fractions: FloatArray) -> np.ndarray:
     inside = np.asarray((fractions > low) & (fractions < high))
     if int(inside.sum()) < _FEWEST:
         raise ProblemError(
-            f"{_PREFIX}: {int(inside.sum())} of {inside.size} loads are between {low:g} and {high:g} of full contact (limit "
+            f"{int(inside.sum())} of {inside.size} loads are between {low:g} and {high:g} of full contact (limit "
             f"{_FEWEST}); use a shorter shortest wavelength"
         )
     return inside

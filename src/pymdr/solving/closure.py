@@ -37,12 +37,12 @@ def is_curve(contact: Contact) -> bool:
     return isinstance(contact.profile, ForceCurve)
 
 
-def refuse_curve(contact: Contact, prefix: str, why: str) -> None:
+def refuse_curve(contact: Contact, why: str) -> None:
     """Refuse contacts that are known by a force curve only, and values that are not contacts."""
-    require_contact(contact, prefix)
+    require_contact(contact)
     if is_curve(contact):
         raise ProblemError(
-            f"{prefix}: the contact is known by its ForceCurve only, and {why}; give the shape itself as a profile"
+            f"the contact is known by its ForceCurve only, and {why}; give the shape itself as a profile"
         )
 
 

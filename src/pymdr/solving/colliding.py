@@ -188,7 +188,7 @@ def depth_storing(
             return depth, stored
         depth = min(2.0 * depth, top)
     raise ProblemError(
-        "impact: the search for the depth of rest did not converge; check the magnitudes of mass and speed"
+        "the search for the depth of rest did not converge; check the magnitudes of mass and speed"
     )
 
 
@@ -306,12 +306,10 @@ def walked(line: AdhesiveLine, kinetic: float) -> tuple[Track, list[_Stretch], i
             last, top = top, min(_GROWTH * top, 0.5 * (top + bound))
         except PathError as error:
             if top - last <= 1e-4 * top:
-                raise PathError(
-                    f"impact: the bodies would not come to rest before the end: {error}"
-                ) from error
+                raise PathError(f"the bodies would not come to rest before the end: {error}") from error
             bound, top = top, 0.5 * (last + top)
     raise ProblemError(
-        "impact: the search for the depth of rest did not converge; check the magnitudes of mass and speed"
+        "the search for the depth of rest did not converge; check the magnitudes of mass and speed"
     )
 
 

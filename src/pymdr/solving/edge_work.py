@@ -106,7 +106,7 @@ def edge_work_of(results: Sequence[Result], relaxation: Relaxation) -> EdgeWork:
     law = contact.adhesion
     assert law is not None
     assert law.attraction_range is not None
-    refuse_flow(relaxation, "edge")
+    refuse_flow(relaxation)
     zone = SmallZone(relaxation, law.work, law.work / law.attraction_range)
     line = ElasticLine(equivalent_profile(contact.profile), relaxation.rubbery)
     parts = [_of_test(result, zone, line) for result in results]

@@ -132,7 +132,7 @@ class Fatigue(Study):
         low = axes["z"].min()
         if low < 0.0 or (self.on_surface and axes["z"].any()):
             need = "0 m, the surface," if self.on_surface else "depths of at least 0 m"
-            raise ProblemError(f"fatigue: z = {shown(z)}; {need} {'is' if self.on_surface else 'are'} needed")
+            raise ProblemError(f"z = {shown(z)}; {need} {'is' if self.on_surface else 'are'} needed")
         grid = [axis.ravel() for axis in np.meshgrid(*axes.values(), indexing="ij")]
         values, _ = self.rating.whole(np.hypot(grid[2], grid[1]), np.arctan2(grid[1], grid[2]), grid[0])
         row = quantity(self.criterion.quantity)
@@ -257,12 +257,10 @@ def fatigue(
 def _stress_of(result: Result, criterion: FatigueCriterion, side: str | None) -> Interior:
     """The stress in a body; refuse what is not a result and a criterion, and results without the stress or slip that the criterion needs."""
     if not isinstance(result, Result):
-        raise ProblemError(
-            f"fatigue: {shown(result)} is not a Result; write fatigue(solve(contact, path), ...)"
-        )
+        raise ProblemError(f"{shown(result)} is not a Result; write fatigue(solve(contact, path), ...)")
     if not isinstance(criterion, FatigueCriterion):
         raise ProblemError(
-            f"fatigue: criterion = {shown(criterion)}; a criterion such as DangVan(hydrostatic_slope=0.3) is needed"
+            f"criterion = {shown(criterion)}; a criterion such as DangVan(hydrostatic_slope=0.3) is needed"
         )
     result.claims["stress"].require("fatigue")
     if isinstance(criterion, RuizWork | RuizDamage) and "slip" in result.claims:
@@ -313,12 +311,10 @@ def _rows_of(result: Result, steps: Sequence[int] | None) -> tuple[list[int], st
     else:
         given = np.atleast_1d(np.asarray(steps))
         if given.ndim != 1 or given.dtype.kind not in "iu" or not np.all((given >= -count) & (given < count)):
-            raise ProblemError(
-                f"fatigue: steps = {shown(steps)}; rows of the result from 0 to {count - 1} are needed"
-            )
+            raise ProblemError(f"steps = {shown(steps)}; rows of the result from 0 to {count - 1} are needed")
         rows, what = [int(i) % count for i in given], "rows as given"
     if len(rows) < 2:
-        raise ProblemError(f"fatigue: {len(rows)} row{'s' * (len(rows) != 1)}; a cycle needs at least 2 rows")
+        raise ProblemError(f"{len(rows)} row{'s' * (len(rows) != 1)}; a cycle needs at least 2 rows")
     return rows, f"cycle: {what}, {min(rows)} to {max(rows)}; stresses between rows are not evaluated"
 
 
@@ -336,7 +332,7 @@ def _backgrounds(superposed: CycledStress | None, count: int, rows: Sequence[int
         values = to_si_array(getattr(value, "values", value), "Pa", name=f"superposed[{name!r}]")
         if values.shape != (count,) or not np.isfinite(values).all():
             raise ProblemError(
-                f"fatigue: superposed[{name!r}] has the shape {values.shape}; one finite stress in Pa for each of the {count} rows of the "
+                f"superposed[{name!r}] has the shape {values.shape}; one finite stress in Pa for each of the {count} rows of the "
                 "result is needed, or one for all"
             )
         cycled[name], fixed[name] = values, 0.0
@@ -354,7 +350,7 @@ def _row(name: str, given: ArrayQuantityLike | None, otherwise: FloatArray) -> F
     """One row of positions in m."""
     values = otherwise if given is None else np.atleast_1d(to_si_array(given, "m", name=name))
     if values.ndim != 1 or values.size == 0 or not np.isfinite(values).all():
-        raise ProblemError(f"fatigue: {name} = {shown(given)}; one row of finite positions is needed")
+        raise ProblemError(f"{name} = {shown(given)}; one row of finite positions is needed")
     return values
 
 
@@ -384,7 +380,7 @@ def criterion_of(
         Its arguments, with units.
     """
     if name not in CRITERIA:
-        raise ProblemError(f"fatigue: criterion = {shown(name)}; one of {', '.join(CRITERIA)} is needed")
+        raise ProblemError(f"criterion = {shown(name)}; one of {', '.join(CRITERIA)} is needed")
     kind = CRITERIA[name]
     needed = {"slope": _SLOPES.get(kind), "yield_strength": "yield_strength" if kind is FatemiSocie else None}
     arguments: dict[str, Any] = {} if limit is None else {"endurance_limit": limit}
@@ -393,7 +389,7 @@ def criterion_of(
         if (argument is None) != (value is None):
             what = "needs" if value is None else "has no"
             remedy = f"give {shell}" if value is None else f"leave {shell} out"
-            raise ProblemError(f"fatigue: {name} {what} {shell}; {remedy}")
+            raise ProblemError(f"{name} {what} {shell}; {remedy}")
         if argument is not None:
             arguments[argument] = value
     return kind(**arguments)
@@ -417,7 +413,7 @@ def cycled_bulk(result: Result, constant: str | None, amplitude: str | None) -> 
         largest = float(np.nanmax(np.abs(force)))
         if not largest > 0.0:
             raise ProblemError(
-                "fatigue: bulk_amplitude needs a tangential force, with which it is in phase; give a cycle of shift or force"
+                "bulk_amplitude needs a tangential force, with which it is in phase; give a cycle of shift or force"
             )
         values = values + size * force / largest
     return {"xx": values}

@@ -529,7 +529,6 @@ def frictional_assumptions(contact: Contact, mapped: Springs, radii: FloatArray)
 
 
 def pressed_joint(
-    prefix: str,
     meaningless: str,
     contact: Contact,
     normal_force: QuantityLike | None,
@@ -537,20 +536,18 @@ def pressed_joint(
 ) -> tuple[Springs, float, float, Certificate]:
     """The line, depth in m, coefficient and certificate of a joint under a constant load; `meaningless` names what is not defined for mu = 0."""
     if contact.friction is None:
-        raise ProblemError(f"{prefix}: the contact has no friction; give Contact(..., friction=Coulomb(0.3))")
+        raise ProblemError("the contact has no friction; give Contact(..., friction=Coulomb(0.3))")
     mu = contact.friction.coefficient
     if not 0.0 < mu < math.inf:
-        raise ProblemError(f"{prefix}: mu = {mu:g} has no {meaningless}; it must be above 0 and finite")
-    one_load(prefix, normal_force, indentation)
+        raise ProblemError(f"mu = {mu:g} has no {meaningless}; it must be above 0 and finite")
+    one_load(normal_force, indentation)
     mapped = map_to_springs(contact)
     line = mapped.line
     if indentation is not None:
-        d = float(within_range(to_si(indentation, "m", name="indentation"), "m", f"{prefix}: indentation"))
+        d = float(within_range(to_si(indentation, "m", name="indentation"), "m", "indentation"))
     else:
         assert normal_force is not None
-        force = float(
-            within_range(to_si(normal_force, "N", name="normal_force"), "N", f"{prefix}: normal_force")
-        )
+        force = float(within_range(to_si(normal_force, "N", name="normal_force"), "N", "normal_force"))
         d = float(states_at_force(line, np.array([max(force, 0.0)])).indentation[0])
     by_force = None if indentation is not None else force
     refuse_unreachable(line, contact.profile, states_at_depth(line, np.array([d])), by_force)
@@ -558,5 +555,5 @@ def pressed_joint(
         name, given, unit = (
             ("normal_force", normal_force, "N") if indentation is None else ("indentation", indentation, "m")
         )
-        raise ProblemError(f"{prefix}: {name} = {shown(given)}; it must be above 0 {unit}")
-    return mapped, d, mu, disks_down_to(contact, line, d, "wear" if prefix == "wear" else "friction")
+        raise ProblemError(f"{name} = {shown(given)}; it must be above 0 {unit}")
+    return mapped, d, mu, disks_down_to(contact, line, d, "wear" if meaningless == "wear" else "friction")

@@ -118,18 +118,14 @@ def summarize_groups(
     2149
     """
     if not isinstance(common, int | float) or not 0.0 <= common <= 0.5:
-        raise ProblemError(
-            f"summarize_groups: common = {shown(common)} (limits 0 and 0.5); give a relative uncertainty"
-        )
+        raise ProblemError(f"common = {shown(common)} (limits 0 and 0.5); give a relative uncertainty")
     flat = np.ravel(_si_values(values, unit, name))
     labels = np.array([str(group) for group in groups])
     if flat.size != labels.size:
-        raise ProblemError(
-            f"summarize_groups: {flat.size} {name} and {labels.size} groups; give one group for each"
-        )
+        raise ProblemError(f"{flat.size} {name} and {labels.size} groups; give one group for each")
     known = np.isfinite(flat)
     if not known.any() or not (flat[known] > 0.0).all():
-        raise ProblemError(f"summarize_groups: {name} = {shown(values)}; numbers above 0 {unit} are needed")
+        raise ProblemError(f"{name} = {shown(values)}; numbers above 0 {unit} are needed")
     distinct = list(dict.fromkeys(labels[known].tolist()))
     rows = [_median_of_group(flat[known & (labels == group)]) for group in distinct]
     count, median, low, high = np.array(rows).T

@@ -32,7 +32,6 @@ from pymdr.solving.study import Column, Study, dataset, over_rows
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, written
 
 _NO_AREA = "the area of a contact is not in its force curve; give the shape itself as a profile"
-_JOULE, _RUBBING = "joule_heating", "frictional_heat"
 _FINE = 121
 _GIVEN = {"temperature": "K", "resistance": "ohm", "voltage": "V", "current": "A"}
 
@@ -124,22 +123,22 @@ def joule_heating(
     [635.4]
     """
     if (voltage is None) == (current is None):
-        raise ProblemError(f"{_JOULE}: give exactly one of voltage and current")
+        raise ProblemError("give exactly one of voltage and current")
     if current is not None and resistance is None:
         raise ProblemError(
-            f"{_JOULE}: with a current the temperature depends on the resistance; give resistance, or voltage"
+            "with a current the temperature depends on the resistance; give resistance, or voltage"
         )
     claim, rows = None, None
     if isinstance(resistance, Result):
         rows = resistance["electrical_resistance"].values
         claim = resistance.claims["electrical_resistance"]
     elif resistance is not None:
-        rows = one_row(resistance, "ohm", _JOULE, "resistance")
-    given = {"temperature": one_row(temperature, "K", _JOULE, "temperature")}
+        rows = one_row(resistance, "ohm", "resistance")
+    given = {"temperature": one_row(temperature, "K", "temperature")}
     given |= {} if rows is None else {"resistance": rows}
     name, unit, values = ("voltage", "V", voltage) if current is None else ("current", "A", current)
     assert values is not None
-    given[name] = one_row(values, unit, _JOULE, name)
+    given[name] = one_row(values, unit, name)
     columns = _joule_columns(_as_rows(given))
     t0 = columns["temperature"]
     law = wiedemann_franz(resistance.contact, t0) if isinstance(resistance, Result) else None
@@ -161,18 +160,18 @@ def _as_rows(given: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
     for name, values in given.items():
         if values.size not in (1, size):
             raise ProblemError(
-                f"{_JOULE}: {name} has {values.size} numbers, another argument {size}; give one, or one for every row"
+                f"{name} has {values.size} numbers, another argument {size}; give one, or one for every row"
             )
         low, unit = float(np.nanmin(values, initial=math.inf)), _GIVEN[name]
         if name in ("voltage", "current") and low < 0.0:
             raise ProblemError(
-                f"{_JOULE}: {name} = {low:.6g} {unit}: it must be at least 0 {unit} (its direction does not matter)"
+                f"{name} = {low:.6g} {unit}: it must be at least 0 {unit} (its direction does not matter)"
             )
         if name in ("temperature", "resistance") and not low > 0.0:
-            raise ProblemError(f"{_JOULE}: {name} = {low:.6g} {unit}: it must be above 0 {unit}")
+            raise ProblemError(f"{name} = {low:.6g} {unit}: it must be above 0 {unit}")
         if not np.isfinite(values).all():
             raise ProblemError(
-                f"{_JOULE}: the bodies are not in contact in row {int(np.argmin(np.isfinite(values)))}, or their contact is unknown; use rows "
+                f"the bodies are not in contact in row {int(np.argmin(np.isfinite(values)))}, or their contact is unknown; use rows "
                 "in contact, such as result['electrical_resistance'][1:]"
             )
     return {name: np.broadcast_to(values, (size,)).copy() for name, values in given.items()}
@@ -208,7 +207,7 @@ def _voltage(t0: FloatArray, cold: FloatArray, current: FloatArray) -> FloatArra
     most = 0.5 * math.pi * scale[worst]
     if not load[worst] < most:
         raise ProblemError(
-            f"{_JOULE}: the current {written(float(current[worst]), 'A')} over a cold resistance of "
+            f"the current {written(float(current[worst]), 'A')} over a cold resistance of "
             f"{written(float(cold[worst]), 'ohm')} (row {worst}) gives I R0 = {written(float(load[worst]), 'V')} (limit "
             f"pi T0 sqrt(L) = {written(float(most), 'V')}, at which the temperature diverges); reduce the current below "
             f"{written(float(most / cold[worst]), 'A')}"
@@ -300,9 +299,9 @@ def frictional_heat(
     >>> rubbed["largest_temperature_rise"].values.round(4).tolist()
     [0.0148, 0.0741]
     """
-    require_contact(contact, _RUBBING)
-    v = positive_speeds(_RUBBING, speed)
-    mapped, d, mu, certificate = pressed_joint(_RUBBING, "heat", contact, normal_force, indentation)
+    require_contact(contact)
+    v = positive_speeds(speed)
+    mapped, d, mu, certificate = pressed_joint("heat", contact, normal_force, indentation)
     pair, line = _conductivity(contact), mapped.line
     states = states_at_depth(line, np.array([d]))
     a, load = float(states.contact_radius[0]), float(elastic_force(line, states)[0])
@@ -380,7 +379,7 @@ def _rise_over_radius(
 def _conductivity(contact: Contact) -> Conductivity:
     pair = conductivity_of(contact.body, contact.counterbody, "thermal_conductivity")
     if isinstance(pair, str):
-        raise ProblemError(f"{_RUBBING}: {pair}")
+        raise ProblemError(pair)
     return pair
 
 
@@ -393,7 +392,7 @@ def _moving(contact: Contact) -> dict[str, float]:
     }
     if not moving:
         raise ProblemError(
-            f"{_RUBBING}: no body has a thermal_diffusivity, which is needed to check that sliding is slow: give it to every body that moves "
+            "no body has a thermal_diffusivity, which is needed to check that sliding is slow: give it to every body that moves "
             "relative to the contact, as in Elastic(..., thermal_diffusivity='12 mm^2/s')"
         )
     return moving

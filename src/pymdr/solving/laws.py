@@ -362,7 +362,7 @@ def law_of(contact: Contact, solver: Rings | None, path: LoadingPath) -> Law:
     law = next(row for row in LAWS if row.covers(contact, solver, path)).law()
     if is_curve(contact):
         if solver is not None:
-            refuse_curve(contact, "solve: solver=Rings()", "boundary elements need its shape")
+            refuse_curve(contact, "boundary elements need its shape")
         law = replace(law, history=partial(solve_on_curve, law.history), reading=reading_of(law.reading))
     return replace(law, reading=_with_fluxes(law.reading, contact, solver))
 

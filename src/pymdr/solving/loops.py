@@ -138,9 +138,9 @@ def friction_loop(
     >>> bool(6 < loop["dissipated_per_cycle"][1] / loop["dissipated_per_cycle"][0] < 9)
     True
     """
-    require_contact(contact, "friction_loop")
+    require_contact(contact)
     if (amplitude is None) == (force_amplitude is None):
-        raise ProblemError("friction_loop: give exactly one of amplitude and force_amplitude")
+        raise ProblemError("give exactly one of amplitude and force_amplitude")
     by_shift = amplitude is not None
     given = _amplitudes(amplitude, "m", "amplitude") if by_shift else None
     pulls = None if by_shift else _amplitudes(force_amplitude, "N", "force_amplitude")
@@ -256,7 +256,7 @@ def _study(
     normal_force: QuantityLike | None,
     indentation: QuantityLike | None,
 ) -> _Study:
-    mapped, d, mu, certificate = pressed_joint("friction_loop", "loops", contact, normal_force, indentation)
+    mapped, d, mu, certificate = pressed_joint("loops", contact, normal_force, indentation)
     line, moduli = mapped.line, mapped.moduli
     factor = mu * moduli.normal / moduli.tangential
     state = states_at_depth(line, np.array([d]))
@@ -271,7 +271,7 @@ def _study(
         assert pulls is not None
         if np.max(pulls) >= mu * load:
             raise ProblemError(
-                f"friction_loop: force_amplitude = {newtons(float(np.max(pulls)))}: the whole contact slides at mu F_N = "
+                f"force_amplitude = {newtons(float(np.max(pulls)))}: the whole contact slides at mu F_N = "
                 f"{newtons(mu * load)}; give forces below, or amplitudes of the shift"
             )
         force = pulls
@@ -321,7 +321,7 @@ def loops_at_loads(
     contact: Contact, amplitude: FloatArray, normal_force: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Force amplitude in N and dissipation per cycle in J of loops of given amplitude in m, each at its own load in N."""
-    mapped, _, mu, _ = pressed_joint("friction_loop", "loops", contact, float(np.max(normal_force)), None)
+    mapped, _, mu, _ = pressed_joint("loops", contact, float(np.max(normal_force)), None)
     depth = states_at_force(mapped.line, normal_force).indentation
     force, loss, _, _ = _loops_at(mapped, mu, depth, amplitude)
     return force, loss
@@ -393,7 +393,7 @@ def _amplitudes(given: ArrayQuantityLike | None, unit: str, name: str) -> FloatA
     u = np.atleast_1d(to_si_array(given, unit, name=name))
     if u.ndim != 1 or u.size == 0 or not np.all(u > 0.0):
         kind = {"m": "lengths above 0 m", "N": "forces above 0 N", "": "numbers above 0"}[unit]
-        raise ProblemError(f"friction_loop: {name} = {shown(given)}; one row of {kind} is needed")
+        raise ProblemError(f"{name} = {shown(given)}; one row of {kind} is needed")
     return u
 
 

@@ -146,20 +146,20 @@ def refuse_sudden(stretch: Stretch, relaxation: Relaxation) -> None:
         )
 
 
-def refuse_rigid(relaxation: Relaxation, verb: str = "solve") -> None:
+def refuse_rigid(relaxation: Relaxation) -> None:
     """Refuse bodies with a parallel dashpot, in the name of a verb."""
     if math.isinf(relaxation.glassy):
         raise ProblemError(
-            f"{verb}: adhesion of a viscoelastic body needs an instantaneous modulus, but a sudden indentation of this body needs an infinite force; use StandardSolid, or Prony"
+            "adhesion of a viscoelastic body needs an instantaneous modulus, but a sudden indentation of this body needs an infinite force; use StandardSolid, or Prony"
         )
 
 
-def refuse_flow(relaxation: Relaxation, verb: str = "solve") -> None:
-    """Refuse bodies that are no solids with an instantaneous modulus, in the name of a verb."""
-    refuse_rigid(relaxation, verb)
+def refuse_flow(relaxation: Relaxation) -> None:
+    """Refuse bodies that are no solids with an instantaneous modulus."""
+    refuse_rigid(relaxation)
     if relaxation.rubbery == 0.0:
         raise ProblemError(
-            f"{verb}: this needs the relaxed contact, but this body flows at rest; use StandardSolid, or Prony with an equilibrium modulus. solve "
+            "the relaxed contact is needed, but the body flows at rest; use StandardSolid, or Prony with an equilibrium modulus. solve "
             "with MaugisDugdale follows bodies that flow"
         )
 

@@ -108,7 +108,7 @@ def _refuse_unknown(contact: Contact) -> None:
         ),
     ):
         if refused:
-            raise ProblemError(f"Stepper: {why}")
+            raise ProblemError(why)
 
 
 def _stacks(contact: Contact, deepest: float, count: int) -> Moving:
@@ -125,7 +125,7 @@ def _stacks(contact: Contact, deepest: float, count: int) -> Moving:
 def _in_plane(contact: Contact, deepest: float, count: int, springs: int) -> Moving:
     if contact.friction is None or contact.adhesion is not None:
         raise ProblemError(
-            "Stepper: springs= is for friction in the plane and for bodies with memory; leave it out, or give "
+            "springs= is for friction in the plane and for bodies with memory; leave it out, or give "
             "Contact(..., friction=Coulomb(0.3))"
         )
     normal, mapped = (
@@ -144,7 +144,7 @@ def _yielding(contact: Contact, deepest: float, count: int) -> Moving:
     assert body is not None
     if deepest > DEEPEST * ball.radius:
         raise PathError(
-            f"Stepper: max_indentation = {metres(deepest)}; the model of a body that yields ends at {metres(DEEPEST * ball.radius)}, "
+            f"max_indentation = {metres(deepest)}; the model of a body that yields ends at {metres(DEEPEST * ball.radius)}, "
             f"{DEEPEST:g} of the radius of the ball"
         )
     there_and_back = indent(deepest, steps=_ROWS) >> indent(0.0, steps=_ROWS)
@@ -160,7 +160,7 @@ def _relaxing(contact: Contact, deepest: float, count: int, springs: int) -> Mov
     refuse_unreachable(line, contact.profile, states)
     if not rises_to(line, deepest):
         raise ProblemError(
-            "Stepper: the equivalent profile decreases within the contact, which is not covered with memory; use an increasing profile"
+            "the equivalent profile decreases within the contact, which is not covered with memory; use an increasing profile"
         )
     slowest = float(np.max(relaxation.times, initial=0.0)) or 1.0
     path = indent(deepest, duration=slowest) >> indent(0.5 * deepest, duration=slowest)
@@ -179,14 +179,14 @@ def _relaxing(contact: Contact, deepest: float, count: int, springs: int) -> Mov
 def _in_zone(contact: Contact, deepest: float, count: int, springs: int | None) -> Moving:
     if springs is not None:
         raise ProblemError(
-            f"Stepper: springs = {springs}; with adhesion and memory their number follows from the cohesive zone; leave springs out"
+            f"springs = {springs}; with adhesion and memory their number follows from the cohesive zone; leave springs out"
         )
     relaxation = relaxation_of(*surfaces_of(contact))
     assert contact.adhesion is not None
     if contact.adhesion.cohesive_stress is None:
-        springs_with_zone: ShortSprings | ZoneSprings = short_springs(contact, relaxation, "Stepper")
+        springs_with_zone: ShortSprings | ZoneSprings = short_springs(contact, relaxation)
     else:
-        setting = zone_setting(contact, relaxation, {math.inf: deepest}, verb="Stepper")
+        setting = zone_setting(contact, relaxation, {math.inf: deepest})
         springs_with_zone = ZoneSprings(setting, FINE)
     slowest = float(relaxation.times.max())
     pulled = indent(-deepest, duration=slowest)

@@ -91,7 +91,7 @@ def solve_plastic(task: Task) -> Result:
     assert body is not None
     if task.solver is not None:
         raise ProblemError(
-            "solve: solver=Rings() solves elastic bodies, but a body is ElasticPlastic; leave solver out"
+            "solver=Rings() solves elastic bodies, but a body is ElasticPlastic; leave solver out"
         )
     if task.contact.adhesion is None:
         check_normal_path(task.path)
@@ -363,18 +363,16 @@ def residual_profile(result: Result, step: int = -1) -> Sampled:
     """
     body = result.contact.plastic
     if body is None:
-        raise ProblemError(
-            "residual_profile: no body of the contact yields; give a result with an ElasticPlastic body"
-        )
+        raise ProblemError("no body of the contact yields; give a result with an ElasticPlastic body")
     if body.apparent_radius or body.wall_factor:
         raise ProblemError(
-            "residual_profile: with apparent_radius or wall_factor the force is not that of one line of springs; leave both out"
+            "with apparent_radius or wall_factor the force is not that of one line of springs; leave both out"
         )
     ball, row = ball_of(result.contact), row_indices(step, result.data.sizes["step"])[0]
     largest = float(np.max(result.data["indentation"].values[: row + 1]))
     if largest < ball.yield_depth:
         raise ProblemError(
-            f"residual_profile: the ball has not yielded up to row {row} (largest indentation {metres(largest)}, first yield at "
+            f"the ball has not yielded up to row {row} (largest indentation {metres(largest)}, first yield at "
             f"{metres(ball.yield_depth)}); its profile is unchanged"
         )
     line = ball.line(np.array(largest))

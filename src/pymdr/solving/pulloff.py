@@ -177,17 +177,17 @@ _UNITS = {
 def start_of_retraction(pressed_to: QuantityLike | None, preload: QuantityLike | None) -> float | None:
     """Indentation in m, or force in N, at which a retraction starts; None if neither is given."""
     if pressed_to is not None and preload is not None:
-        raise ProblemError("pull_off: both pressed_to and preload given; give one of them")
+        raise ProblemError("both pressed_to and preload given; give one of them")
     if preload is not None:
         force = to_si(preload, "N", name="preload")
         if not 0.0 <= force < math.inf:
-            raise ProblemError(f"pull_off: preload = {preload!r}; a finite force of at least 0 N is needed")
+            raise ProblemError(f"preload = {preload!r}; a finite force of at least 0 N is needed")
         return force
     if pressed_to is None:
         return None
     depth = to_si(pressed_to, "m", name="pressed_to")
     if not 0.0 < depth < math.inf:
-        raise ProblemError(f"pull_off: pressed_to = {pressed_to!r}; the depth of pressing must be above 0 m")
+        raise ProblemError(f"pressed_to = {pressed_to!r}; the depth of pressing must be above 0 m")
     return depth
 
 
@@ -260,9 +260,9 @@ def _curves_of(contact: Contact) -> tuple[AdhesiveLine, AdhesiveLine]:
 
 def adhesive(contact: Contact) -> Contact:
     """The contact, refused without a law of adhesion."""
-    if require_contact(contact, "pull_off").adhesion is None:
+    if require_contact(contact).adhesion is None:
         raise ProblemError(
-            "pull_off: the contact has no adhesion; give Contact(..., adhesion=JKR('50 mJ/m^2')) or another law"
+            "the contact has no adhesion; give Contact(..., adhesion=JKR('50 mJ/m^2')) or another law"
         )
     return contact
 
@@ -347,7 +347,7 @@ def _refuse_rings(
     )
     certificate = certify_stretched_disk(line.line, visited, 1, line.law)
     if not certificate.disk.all():
-        raise RefusedError(f"pull_off: {'; '.join((certificate.reason, *line.unsmoothed))}")
+        raise RefusedError(f"{'; '.join((certificate.reason, *line.unsmoothed))}")
 
 
 def _first_touch(line: AdhesiveLine, track: Track, stiffness: float) -> float:

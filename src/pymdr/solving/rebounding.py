@@ -84,7 +84,7 @@ def followed(contact: Contact, mass: float, speeds: tuple[float, float]) -> tupl
             return target, motion
         times = [t if math.isfinite(t) else old for t, old in zip(contact_times, times, strict=True)]
     raise ConvergenceError(
-        f"impact: the search for the span of times of the rheology did not converge (last value {span} s); give the rheology as a Prony series (PowerLawRheology.prony)"
+        f"the search for the span of times of the rheology did not converge (last value {span} s); give the rheology as a Prony series (PowerLawRheology.prony)"
     )
 
 
@@ -98,7 +98,7 @@ def _refuse_hollow(line: ElasticLine) -> None:
     if np.min(depths, initial=0.0) < 0.0:
         lowest = int(np.argmin(depths))
         raise ProblemError(
-            f"impact: at x = {metres(float(turns[lowest]))} the equivalent profile is {metres(-float(depths[lowest]))} below its "
+            f"at x = {metres(float(turns[lowest]))} the equivalent profile is {metres(-float(depths[lowest]))} below its "
             "middle and touches first, so the contact is not a disk, as impacts of bodies with memory need; use "
             "an increasing profile, or prescribe indentations in solve(..., solver=Rings(n=400))"
         )
@@ -109,7 +109,7 @@ def motion_at(target: Target, mass: float, speed: float) -> Motion:
     motion = rebound(target.curves, target.relaxation, mass, speed, target.first / speed)
     if motion is None:
         raise ConvergenceError(
-            f"impact: at {written(speed, 'm/s', 6)} the computed indentation exceeds that at a higher speed; use fewer speeds, or check the magnitudes of mass and moduli"
+            f"at {written(speed, 'm/s', 6)} the computed indentation exceeds that at a higher speed; use fewer speeds, or check the magnitudes of mass and moduli"
         )
     return motion
 
@@ -147,7 +147,7 @@ def _followed(
         if motion is not None:
             if not rises_to(line, motion.deepest):
                 raise ProblemError(
-                    "impact: the equivalent profile decreases within the contact, which is not covered with memory; use an "
+                    "the equivalent profile decreases within the contact, which is not covered with memory; use an "
                     "increasing profile, or smooth it"
                 )
             return target, motion

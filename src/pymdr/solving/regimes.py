@@ -260,12 +260,11 @@ def _range(law: AdhesionLaw, given: QuantityLike | None) -> float:
     if given is not None:
         distance = to_si(given, "m", name="range")
         if distance <= 0.0:
-            raise ProblemError(f"adhesion_regime: range = {given!r}; it must be above 0 m")
+            raise ProblemError(f"range = {given!r}; it must be above 0 m")
         return distance
     if own is None:
         raise ProblemError(
-            f"adhesion_regime: {type(law).__name__} has no range of attraction; give "
-            "adhesion_regime(contact, range='0.3 nm')"
+            f"{type(law).__name__} has no range of attraction; give adhesion_regime(contact, range='0.3 nm')"
         )
     return float(own)
 

@@ -49,7 +49,7 @@ def stiffness_of_test(machine_stiffness: QuantityLike) -> float:
     stiffness = read_stiffness(machine_stiffness)
     if stiffness == 0.0:
         raise ProblemError(
-            "pull_off: machine_stiffness = 0 N/m: a dead load has no speed; give the stiffness of the machine, or solve(contact, load(...)) with a "
+            "machine_stiffness = 0 N/m: a dead load has no speed; give the stiffness of the machine, or solve(contact, load(...)) with a "
             "rate"
         )
     return stiffness
@@ -59,8 +59,8 @@ def speed_of_test(speed: QuantityLike, name: str) -> float:
     """A speed in m/s, checked."""
     v = to_si(speed, "m/s", name=name)
     if not 0.0 < v < math.inf:
-        raise ProblemError(f"pull_off: {name} = {shown(speed)}; a finite speed above 0 m/s is needed")
-    within_range(v, "m/s", f"pull_off: {name}", size=True)
+        raise ProblemError(f"{name} = {shown(speed)}; a finite speed above 0 m/s is needed")
+    within_range(v, "m/s", name, size=True)
     return v
 
 
@@ -68,7 +68,7 @@ def dwell_of_test(dwell: QuantityLike) -> float:
     """A time at rest in s, checked."""
     time = to_si(dwell, "s", name="dwell")
     if not 0.0 <= time < math.inf:
-        raise ProblemError(f"pull_off: dwell = {shown(dwell)}; a finite time of at least 0 s is needed")
+        raise ProblemError(f"dwell = {shown(dwell)}; a finite time of at least 0 s is needed")
     return time
 
 
@@ -148,7 +148,7 @@ def followed_tests(
     target = start_of_retraction(*start)
     if target is None:
         raise ProblemError(
-            "pull_off: bodies with memory need the state before the retraction; give preload=, such as '1 mN', or pressed_to="
+            "bodies with memory need the state before the retraction; give preload=, such as '1 mN', or pressed_to="
         )
     quantity = "normal_force" if start[0] is None else "indentation"
     speeds = {test.approach_speed for test in tests}
@@ -221,12 +221,12 @@ class _AtRest:
             span = times_along(approach.whole(test, _even(length))) if self.flows else (0.0, math.inf)
             relaxation = zone_relaxation(self.contact, span)
             targets = {self.stiffness: max(approach.top, 0.0)}
-            setting = zone_setting(self.contact, relaxation, targets, span[1], verb="pull_off")
+            setting = zone_setting(self.contact, relaxation, targets, span[1])
             measured = with_measured_zone(setting, follow)
             is_shared &= measured is setting
             springs = ZoneSprings(measured, FINE)
         else:
-            springs = short_springs(self.contact, relaxation_along(self.contact, approach.path), "pull_off")
+            springs = short_springs(self.contact, relaxation_along(self.contact, approach.path))
         press(springs)
         return springs, is_shared
 
@@ -243,7 +243,7 @@ def _retreat(rest: _AtRest, approach: _Approach, test: TackTest) -> tuple[float,
             return length, rows
         length *= 2.0
     raise ConvergenceError(
-        f"pull_off: the contact has not been lost after a retraction of {written(length, 'm', 3)}; check the magnitudes of the speeds and relaxation times"
+        f"the contact has not been lost after a retraction of {written(length, 'm', 3)}; check the magnitudes of the speeds and relaxation times"
     )
 
 
@@ -253,7 +253,7 @@ def _refuse_steep(before: Result, quantity: str, target: float) -> None:
     if slope > _STEEPEST:
         name, unit = ("preload", "N") if quantity == "normal_force" else ("pressed_to", "m")
         raise ProblemError(
-            f"pull_off: {name} = {written(target, unit, 3)}: the slope of the profile at the edge of the contact would be {slope:.3g} (limit {_STEEPEST:g}; "
+            f"{name} = {written(target, unit, 3)}: the slope of the profile at the edge of the contact would be {slope:.3g} (limit {_STEEPEST:g}; "
             f"the model assumes at most 0.3); give a smaller {name}"
         )
 
@@ -305,18 +305,18 @@ def _approach(contact: Contact, speed: float, stiffness: float, quantity: str, t
     law = contact.adhesion
     if law is None or law.attraction_range is None:
         raise ProblemError(
-            "pull_off: bodies with memory need an adhesion of known range; give MaugisDugdale(work, range=...), Capillary, or JKR(work, range=...)"
+            "bodies with memory need an adhesion of known range; give MaugisDugdale(work, range=...), Capillary, or JKR(work, range=...)"
         )
     range_ = law.attraction_range
     channel = "indentation" if math.isinf(stiffness) else "travel"
     machine = None if math.isinf(stiffness) else stiffness
     top = target
     relaxation = relaxation_along(contact, Path(time=[0.0, range_ / speed], indentation=[-range_, 0.0]))
-    refuse_rigid(relaxation, "pull_off")
+    refuse_rigid(relaxation)
     begin = -range_
     if not contact.is_cohesive:
         # the contact begins where the surfaces touch
-        short_springs(contact, relaxation, "pull_off")
+        short_springs(contact, relaxation)
         begin = 0.0
     bare = Contact(contact.profile, Elastic(relaxation.softest(range_ / speed), 0.0))
     by_force = quantity == "normal_force"
@@ -339,12 +339,12 @@ def _approach(contact: Contact, speed: float, stiffness: float, quantity: str, t
         top = approach.start + 1.5 * (top - approach.start)
     else:
         raise PathError(
-            f"pull_off: the {quantity.replace('_', ' ')} in approach does not reach {target:g} (largest {float(np.nanmax(values)):.3g})"
+            f"the {quantity.replace('_', ' ')} in approach does not reach {target:g} (largest {float(np.nanmax(values)):.3g})"
         )
     row = int(reached[0])
     if row == 0:
         raise ProblemError(
-            f"pull_off: {quantity.replace('_', ' ')} = {target:g} is that of first touch; give a larger value"
+            f"{quantity.replace('_', ' ')} = {target:g} is that of first touch; give a larger value"
         )
     first = max(row - 4, 0)
     part = slice(first, row + 4)

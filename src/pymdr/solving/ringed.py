@@ -52,7 +52,7 @@ def solve_by_rings(task: Task) -> Result:
     contact, rings = task.contact, _checked(task)
     if (exponent := common_exponent(contact.body, contact.counterbody)) != 0.0:
         raise ProblemError(
-            f"solve: the rings cover homogeneous half-spaces and layers only, and the bodies are graded (exponent {exponent:g}); "
+            f"the rings cover homogeneous half-spaces and layers only, and the bodies are graded (exponent {exponent:g}); "
             "leave solver=Rings() out"
         )
     walked = walk(task, None, partial(_step, contact, rings))
@@ -86,14 +86,14 @@ def _assumptions(contact: Contact, mapped: Mapped, columns: dict[str, FloatArray
 def _checked(task: Task) -> Rings:
     contact, rings = task.contact, task.solver
     if not isinstance(rings, Rings):
-        raise ProblemError(f"solve: solver = {rings!r}; write solver=Rings(n=400), or leave it out")
+        raise ProblemError(f"solver = {rings!r}; write solver=Rings(n=400), or leave it out")
     if (
         (contact.adhesion is not None and not (contact.is_viscoelastic and contact.is_cohesive))
         or contact.friction is not None
         or uses(task.path, "travel")
     ):
         raise ProblemError(
-            "solve: the rings solve frictionless contacts without machine, and without adhesion but that of a cohesive zone on bodies with "
+            "the rings solve frictionless contacts without machine, and without adhesion but that of a cohesive zone on bodies with "
             "memory; leave solver=Rings() out"
         )
     check_normal_path(task.path)

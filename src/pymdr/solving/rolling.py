@@ -175,10 +175,10 @@ def rolling(
     >>> creep["traction_coefficient"].values.round(4).tolist()
     [0.1056, 0.2895]
     """
-    refuse_curve(contact, "rolling", "rolling needs the contact area")
+    refuse_curve(contact, "rolling needs the contact area")
     _check_options(direction, law, path)
     zeta = _creepages(creepage)
-    mapped, d, mu, certificate = pressed_joint("rolling", "creep force", contact, normal_force, indentation)
+    mapped, d, mu, certificate = pressed_joint("creep force", contact, normal_force, indentation)
     states = states_at_depth(mapped.line, np.array([d]))
     pressed = _Pressed(mapped, rolling_line(mapped.line, states), mu)
     modulus = _modulus(contact, mapped, direction, law)
@@ -229,25 +229,25 @@ def _errors(
 def _check_options(direction: str, law: str, path: ArrayQuantityLike | None) -> None:
     if direction == "spin":
         raise ProblemError(
-            "rolling: direction='spin' is not covered: springs on one line have no spin; "
+            "direction='spin' is not covered: springs on one line have no spin; "
             "use 'longitudinal' or 'lateral'"
         )
     for name, given, known in (("direction", direction, DIRECTIONS), ("law", law, LAWS)):
         if given not in known:
-            raise ProblemError(f"rolling: {name} = {shown(given)}; give {' or '.join(map(repr, known))}")
+            raise ProblemError(f"{name} = {shown(given)}; give {' or '.join(map(repr, known))}")
     if path is not None and law != "plain":
         raise ProblemError(
-            f"rolling: law={law!r} is for steady rolling: Kalker's coefficients do not describe transients; "
+            f"law={law!r} is for steady rolling: Kalker's coefficients do not describe transients; "
             "use law='plain', or leave the path out"
         )
 
 
 def _creepages(given: ArrayQuantityLike) -> FloatArray:
-    zeta = one_row(given, "", "rolling", "creepage")
+    zeta = one_row(given, "", "creepage")
     if np.any(np.abs(zeta) > _LARGEST):
         worst = float(zeta[np.argmax(np.abs(zeta))])
         raise ProblemError(
-            f"rolling: creepage = {worst:g} (limit {_LARGEST:g}, the largest difference of two speeds over their mean); "
+            f"creepage = {worst:g} (limit {_LARGEST:g}, the largest difference of two speeds over their mean); "
             "give it as a number, not in per cent"
         )
     return zeta
@@ -258,13 +258,13 @@ def _distances(given: ArrayQuantityLike, zeta: FloatArray) -> FloatArray:
     distance = np.atleast_1d(to_si_array(given, "m", name="path"))
     if distance.shape != zeta.shape:
         raise ProblemError(
-            f"rolling: path has {distance.size} distances and creepage {zeta.size} numbers; give one distance for every creepage"
+            f"path has {distance.size} distances and creepage {zeta.size} numbers; give one distance for every creepage"
         )
     falling = np.flatnonzero(np.diff(distance, prepend=0.0) <= 0.0)
     if falling.size:
         i = int(falling[0])
         raise ProblemError(
-            f"rolling: path[{i}] = {metres(float(distance[i]))} does not increase; distances must increase from above 0 m"
+            f"path[{i}] = {metres(float(distance[i]))} does not increase; distances must increase from above 0 m"
         )
     return distance
 

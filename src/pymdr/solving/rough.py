@@ -24,7 +24,7 @@ from pymdr.problem.materials import Material, Rigid
 from pymdr.problem.options import with_options
 from pymdr.problem.rough import RoughSurface
 from pymdr.solving.arguments import Loads, positive_loads
-from pymdr.solving.rough_lines import PREFIX, RoughLine, States, rough_line, whole_number
+from pymdr.solving.rough_lines import RoughLine, States, rough_line, whole_number
 from pymdr.solving.study import Column, Study, dataset, over_rows
 from pymdr.solving.workers import Workers, checked_workers, in_order, is_cluster
 from pymdr.units import FloatArray, QuantityLike, newtons, written
@@ -170,7 +170,7 @@ def press_rough(
     [0.04, 0.13, 1.0]
     """
     line = rough_line(surface, body, counterbody, coefficient=coefficient, points=points, radius=radius)
-    name, rows = positive_loads(PREFIX, load)
+    name, rows = positive_loads(load)
     count = whole_number("realisations", realisations)
     threads = _threads(line, count, workers, rows.size)
     grid = _grid(line, rows if name == "normal_force" else None)
@@ -224,7 +224,7 @@ def _pressed(
     if invalid.any():
         worst = written(float(rows[np.argmax(invalid)]), RoughContact.columns[name].unit)
         raise ProblemError(
-            f"{PREFIX}: {name} = {worst} has an energy outside the range of floating-point numbers; "
+            f"{name} = {worst} has an energy outside the range of floating-point numbers; "
             f"use forces of the order of {newtons(line.scale)}"
         )
     return states, drawn
@@ -259,7 +259,7 @@ def _threads(line: RoughLine, count: int, workers: Workers | None, rows: int) ->
     needed = 8.0 * (_COPIES * line.points * threads + 8.0 * count * (rows + _CURVE))
     if needed > memory_of_machine():
         raise ProblemError(
-            f"{PREFIX}: {count} lines of {line.points:.3g} springs, {threads} at a time, need about {needed / 1e9:.3g} GB (limit "
+            f"{count} lines of {line.points:.3g} springs, {threads} at a time, need about {needed / 1e9:.3g} GB (limit "
             f"{memory_of_machine() / 1e9:.3g} GB, the memory of this machine); use fewer workers or points, or a longer shortest wavelength"
         )
     return threads

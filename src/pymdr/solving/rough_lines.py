@@ -25,9 +25,6 @@ if TYPE_CHECKING:
 States = tuple[FloatArray, FloatArray]
 
 
-PREFIX = "press_rough"
-
-
 _END = 0.98
 """Fraction of half the line of a ball beyond which springs must not be in contact."""
 
@@ -112,7 +109,7 @@ class RoughLine:
         """
         deepest = to_si(indentation, "m", name="indentation")
         if not deepest > 0.0:
-            raise ProblemError(f"force_curve: indentation = {metres(deepest)}; it must be above 0 m")
+            raise ProblemError(f"indentation = {metres(deepest)}; it must be above 0 m")
         depth = deepest * (np.arange(1, whole_number("points", points) + 1) / points) ** 2
         force = self.force(depth, realisation)
         return ForceCurve(depth, force, self.modulus, contact_point=0.0, error=math.nan)
@@ -136,7 +133,7 @@ class RoughLine:
     def _refuse_end(self, depth: FloatArray, last: float) -> None:
         if np.any(depth > last):
             raise PathError(
-                f"{PREFIX}: at an indentation of {metres(float(depth.max()))} the contact of the ball reaches the end of the line, "
+                f"at an indentation of {metres(float(depth.max()))} the contact of the ball reaches the end of the line, "
                 f"{metres(self.length)} long; reduce the load, or increase RoughSurface.size"
             )
 
@@ -204,21 +201,21 @@ def rough_line(
     """
     if not isinstance(surface, RoughSurface):
         raise ProblemError(
-            f"{PREFIX}: {shown(surface)} is not a RoughSurface; write RoughSurface(hurst=0.8, rms='1 um', size='1 mm', "
+            f"{shown(surface)} is not a RoughSurface; write RoughSurface(hurst=0.8, rms='1 um', size='1 mm', "
             "shortest='10 um')"
         )
     other = Rigid() if counterbody is None else counterbody
     for one in (body, other):
         if isinstance(one, Graded | Viscoelastic):
             raise ProblemError(
-                f"{PREFIX}: a {type(one).__name__} body: rough lines are for homogeneous elastic half-spaces; use Elastic or "
+                f"a {type(one).__name__} body: rough lines are for homogeneous elastic half-spaces; use Elastic or "
                 "TransverselyIsotropic"
             )
     modulus = effective_moduli(body, other).normal
     factor = line_coefficient(coefficient)
     ball = None if radius is None else to_si(radius, "m", name="radius")
     if ball is not None and not ball > 0.0:
-        raise ProblemError(f"{PREFIX}: radius = {metres(ball)}; it must be above 0 m")
+        raise ProblemError(f"radius = {metres(ball)}; it must be above 0 m")
     number = default_points(surface) if points is None else whole_number("points", points)
     return RoughLine(surface, modulus, factor, number, ball)
 
@@ -234,5 +231,5 @@ def line_coefficient(given: float | None) -> float:
 def whole_number(name: str, value: int) -> int:
     """The value, if it is a whole number from 1 on."""
     if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < 1:
-        raise ProblemError(f"{PREFIX}: {name} = {shown(value)}; a whole number of at least 1 is needed")
+        raise ProblemError(f"{name} = {shown(value)}; a whole number of at least 1 is needed")
     return int(value)

@@ -20,7 +20,6 @@ from pymdr.solving.sliding import SlidingFriction
 from pymdr.solving.study import over_rows
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, metres, shown
 
-_PREFIX = "rough_sliding_friction"
 _PER_WAVE = 64
 """Points per shortest wave."""
 _STEEP = 0.3
@@ -97,15 +96,13 @@ def rough_sliding_friction(
     """
     relaxation = _relaxation(surface, body)
     factor = line_coefficient(coefficient)
-    load_or_depth = positive_load(_PREFIX, normal_force, indentation, deep=-np.inf)
-    v = positive_speeds(_PREFIX, speed)
+    load_or_depth = positive_load(normal_force, indentation, deep=-np.inf)
+    v = positive_speeds(speed)
     n = _PER_WAVE * modes_of(surface)
     lines = [RoughLine(surface, relaxation.equilibrium, factor, points, None) for points in (n, n // 2)]
     fine, coarse = (_states(line, realisation, relaxation, v, *load_or_depth) for line in lines)
     if not np.all(fine[:, 0] > 0.0):
-        raise ProblemError(
-            f"{_PREFIX}: at the indentation {shown(indentation)} no spring is in contact; increase it"
-        )
+        raise ProblemError(f"at the indentation {shown(indentation)} no spring is in contact; increase it")
     load, drag, where = fine.T
     columns = {
         "friction_coefficient": drag / load,
@@ -131,21 +128,21 @@ def rough_sliding_friction(
 def _relaxation(surface: RoughSurface, body: Material) -> Relaxation:
     if not isinstance(surface, RoughSurface):
         raise ProblemError(
-            f"{_PREFIX}: {surface!r} is not a RoughSurface; use sliding_friction for profiles of revolution"
+            f"{surface!r} is not a RoughSurface; use sliding_friction for profiles of revolution"
         )
     if modes_of(surface) > _MOST_WAVES:
         raise ProblemError(
-            f"{_PREFIX}: the longer side, {metres(surface.longer_side)}, has {modes_of(surface)} of the shortest waves (limit "
+            f"the longer side, {metres(surface.longer_side)}, has {modes_of(surface)} of the shortest waves (limit "
             f"{_MOST_WAVES}); use a smaller patch, or longer waves"
         )
     if not isinstance(body, Viscoelastic):
         raise ProblemError(
-            f"{_PREFIX}: {body!r} is not Viscoelastic, and elastic bodies dissipate nothing below a moving line; give a Viscoelastic body"
+            f"{body!r} is not Viscoelastic, and elastic bodies dissipate nothing below a moving line; give a Viscoelastic body"
         )
     relaxation = None if isinstance(body.shear, PowerLawRheology) else relaxation_of(body)
     if relaxation is None or relaxation.rubbery == 0.0:
         raise ProblemError(
-            f"{_PREFIX}: the body relaxes completely, so a rough line sinks in without limit; use a rheology with an "
+            "the body relaxes completely, so a rough line sinks in without limit; use a rheology with an "
             "equilibrium modulus"
         )
     return relaxation

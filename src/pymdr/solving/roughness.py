@@ -28,7 +28,6 @@ from pymdr.problem.topography.preparing import interpolated_fraction
 from pymdr.solving.study import Column, Study, dataset
 from pymdr.units import FloatArray, QuantityLike, metres, shown, to_si
 
-_PREFIX = "power_spectrum"
 _PIXELS_PER_WAVE = 4
 """Shortest resolved wave in pixels; shorter ones are aliased."""
 _FEWEST_PIXELS = 32
@@ -218,18 +217,18 @@ def power_spectrum(
     """
     if not isinstance(topography, Topography):
         raise ProblemError(
-            f"{_PREFIX}: {shown(topography)} is not a Topography; read one with read_topography, or write Topography(heights, size)"
+            f"{shown(topography)} is not a Topography; read one with read_topography, or write Topography(heights, size)"
         )
-    heights = topography.complete(_PREFIX)
+    heights = topography.complete()
     if min(heights.shape) < _FEWEST_PIXELS:
         raise ProblemError(
-            f"{_PREFIX}: {heights.shape[0]} x {heights.shape[1]} heights; at least {_FEWEST_PIXELS} x {_FEWEST_PIXELS} are needed for waves "
+            f"{heights.shape[0]} x {heights.shape[1]} heights; at least {_FEWEST_PIXELS} x {_FEWEST_PIXELS} are needed for waves "
             "of several lengths"
         )
     rms = float(np.std(heights))
     if rms <= np.finfo(float).eps * float(np.max(np.abs(heights))):
         raise ProblemError(
-            f"{_PREFIX}: all heights are {metres(float(heights.flat[0]))}: a smooth plane has no spectrum; check the channel and the unit of the heights"
+            f"all heights are {metres(float(heights.flat[0]))}: a smooth plane has no spectrum; check the channel and the unit of the heights"
         )
     pixel = _PIXELS_PER_WAVE * float(topography.spacing.max())
     tip = 0.0 if tip_radius is None else topography.tip_cutoff(tip_radius)

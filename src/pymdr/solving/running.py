@@ -79,19 +79,19 @@ def running_conditions(
     >>> round(float(chart["sliding_shift"][1] / chart["sliding_shift"][0]), 12)
     4.0
     """
-    loads = positive_row(normal_force, "N", "running_conditions", "normal_force")
-    require_contact(contact, "running_conditions")
+    loads = positive_row(normal_force, "N", "normal_force")
+    require_contact(contact)
     path = None
     if record is not None:
         missing = [name for name in ("amplitude", "normal_force") if name not in record.data]
         if missing:
             raise ProblemError(
-                f"running_conditions: the record has no {' and no '.join(missing)}; give fretting_log(..., normal_force=...)"
+                f"the record has no {' and no '.join(missing)}; give fretting_log(..., normal_force=...)"
             )
         path = (record.data["amplitude"].values, record.data["normal_force"].values)
     depths = []
     for load in loads:
-        mapped, d, mu, _ = pressed_joint("running_conditions", "gross slip", contact, float(load), None)
+        mapped, d, mu, _ = pressed_joint("gross slip", contact, float(load), None)
         depths.append(d)
     depth = np.array(depths)
     factor = mu * mapped.moduli.normal / mapped.moduli.tangential

@@ -159,19 +159,17 @@ def shakedown(
     refuse_unknown_stress(contact, "shakedown")
     if contact.adhesion is not None:
         raise ProblemError(
-            f"shakedown: the contact has adhesion ({type(contact.adhesion).__name__}); leave it out, because its edge is not known in rolling"
+            f"the contact has adhesion ({type(contact.adhesion).__name__}); leave it out, because its edge is not known in rolling"
         )
     limit = to_si(strength, "Pa", name="strength")
     if not 0.0 < limit < math.inf:
-        raise ProblemError(
-            f"shakedown: strength = {shown(strength)}; one finite strength above 0 Pa is needed"
-        )
+        raise ProblemError(f"strength = {shown(strength)}; one finite strength above 0 Pa is needed")
     several = isinstance(force_ratio, Sequence | np.ndarray) and not isinstance(force_ratio, str)
     given: Sequence[QuantityLike | None] = force_ratio if several else [force_ratio]  # type: ignore[assignment, list-item]
-    ratios = [checked_ratio(contact, one, "shakedown") for one in given]
+    ratios = [checked_ratio(contact, one) for one in given]
     if not ratios or not np.all(np.diff(ratios) > 0.0):
         raise ProblemError(
-            f"shakedown: force_ratio = {shown(force_ratio)}; at least one ratio is needed, several in increasing order"
+            f"force_ratio = {shown(force_ratio)}; at least one ratio is needed, several in increasing order"
         )
     limits = [_limits_of(contact, side, ratio, limit) for ratio in ratios]
     return _study(contact, ratios, limits, (limit, side))
@@ -207,7 +205,7 @@ def _limits_of(contact: Contact, side: str | None, ratio: float, strength: float
             x -= min(max(y / power, -3.0), 3.0)
             points.append((x, math.log(at(math.exp(x)).shear / shear)))
         raise ConvergenceError(
-            f"shakedown: the load at a ratio of forces of {ratio:g} was not found in {len(points)} guesses, where the shear measure does not "
+            f"the load at a ratio of forces of {ratio:g} was not found in {len(points)} guesses, where the shear measure does not "
             "rise steadily with the load; round corners of the profile"
         )
 

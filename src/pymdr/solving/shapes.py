@@ -118,7 +118,7 @@ def solve_shape(task: Task) -> Result:
     """Map, walk and interpret."""
     if task.solver is not None:
         raise ProblemError(
-            f"solve: the rings of solver=Rings() are of revolution, and {type(task.contact.profile).__name__} is not; leave it out"
+            f"the rings of solver=Rings() are of revolution, and {type(task.contact.profile).__name__} is not; leave it out"
         )
     check_normal_path(task.path)
     pressed_shape = pressed(task.contact)

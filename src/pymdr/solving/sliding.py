@@ -38,7 +38,6 @@ from pymdr.solving.memory import assumptions_with_memory, powers_of
 from pymdr.solving.study import Column, Study, over_rows
 from pymdr.units import ArrayQuantityLike, FloatArray, QuantityLike, metres, written
 
-_PREFIX = "sliding_friction"
 _SETTLED = 1e-13
 _LARGEST_ERROR = 1e-3
 """Largest relative error of the discretisation."""
@@ -142,7 +141,7 @@ def sliding_friction(
     [0.0009, nan]
     """
     case = _read(contact, normal_force, indentation)
-    v = positive_speeds(_PREFIX, speed)
+    v = positive_speeds(speed)
     kernel = _kernel(case, v)
     relaxation = kernel.relaxation
     rows = _rows(case, kernel, v)
@@ -170,7 +169,7 @@ def sliding_friction(
     for name in {"slow_limit", "fast_limit"} & set(columns):
         # NaN at speeds at which a limit does not hold
         columns[name] = np.where(claims[name].where, columns[name], math.nan)
-    certificate = disks_down_to(contact, case.line, deepest, _PREFIX)
+    certificate = disks_down_to(contact, case.line, deepest, "sliding friction")
     claims = with_rings(claims, certificate)
     return SlidingFriction(
         data=over_rows("speed", v, columns, SlidingFriction.columns).assign_attrs(attributes),
@@ -229,23 +228,23 @@ class _Case:
 
 
 def _read(contact: Contact, normal_force: QuantityLike | None, indentation: QuantityLike | None) -> _Case:
-    refuse_curve(contact, _PREFIX, "sliding needs the slope of its surface")
+    refuse_curve(contact, "sliding needs the slope of its surface")
     if not contact.is_viscoelastic:
         raise ProblemError(
-            f"{_PREFIX}: no body is Viscoelastic, and elastic bodies dissipate nothing below a moving profile; give for example "
+            "no body is Viscoelastic, and elastic bodies dissipate nothing below a moving profile; give for example "
             "Viscoelastic(StandardSolid('1 MPa', '9 MPa', '1 ms'), poisson=0.5)"
         )
     if contact.friction is not None and contact.friction.coefficient > 0.0:
         raise ProblemError(
-            f"{_PREFIX}: friction of the surfaces (mu = {contact.friction.coefficient:g}) is not included, only the dissipation of the "
+            f"friction of the surfaces (mu = {contact.friction.coefficient:g}) is not included, only the dissipation of the "
             "body; leave friction out, and add mu to the result if it does not change the contact"
         )
     if contact.body.is_viscoelastic and contact.counterbody.is_viscoelastic:
         raise ProblemError(
-            f"{_PREFIX}: both bodies are Viscoelastic, but only the one under the profile is cyclically deformed; give the "
+            "both bodies are Viscoelastic, but only the one under the profile is cyclically deformed; give the "
             "other one as Elastic with its long-time modulus, or as Rigid()"
         )
-    force, depth = positive_load(_PREFIX, normal_force, indentation)
+    force, depth = positive_load(normal_force, indentation)
     return _Case(contact, ElasticLine(equivalent_profile(contact.profile), 1.0), force, depth)
 
 
@@ -283,7 +282,7 @@ def _kernel(case: _Case, speed: FloatArray) -> _Kernel:
     span = fastest / _MARGIN / beyond, _MARGIN * slowest
     if span[0] == 0.0 or span[1] > span[0] * WIDEST:
         raise ProblemError(
-            f"{_PREFIX}: speeds from {written(float(speed.min()), 'm/s')} to {written(float(speed.max()), 'm/s')} exceed the range "
+            f"speeds from {written(float(speed.min()), 'm/s')} to {written(float(speed.max()), 'm/s')} exceed the range "
             "of the series for a power-law relaxation; use fewer decades of speed at once"
         )
     relaxation = relaxation_of(*bodies, span=span)
@@ -328,14 +327,14 @@ def _rows(case: _Case, kernel: _Kernel, speed: FloatArray) -> list[_Row]:
         met = find_recontact(row.pressed, case.line, kernel.relaxation, v, row.slid)
         if met is not None:
             raise ProblemError(
-                f"{_PREFIX}: at {written(v, 'm/s')} the profile touches springs again at x = {metres(met)} after separation at "
+                f"at {written(v, 'm/s')} the profile touches springs again at x = {metres(met)} after separation at "
                 f"x = {metres(row.slid.trailing)}, because g' decreases behind its tip, which is not covered; use a profile whose "
                 "g' increases, or another speed"
             )
         passage = 2.0 * row.pressed.radius / v
         if not kernel.shortest < passage < kernel.longest:
             raise ConvergenceError(
-                f"{_PREFIX}: at {written(v, 'm/s')} the passage takes {written(passage, 's')}, outside the range of the series for a power-law "
+                f"at {written(v, 'm/s')} the passage takes {written(passage, 's')}, outside the range of the series for a power-law "
                 "relaxation; use fewer speeds at once"
             )
         rows[i] = row
@@ -350,12 +349,12 @@ def _refuse(case: _Case, depth: float) -> None:
     name = type(profile).__name__
     if states.edge_excess[0] > 0.0 or float(states.contact_radius[0]) == case.line.edge:
         raise ProblemError(
-            f"{_PREFIX}: the contact of the {name} reaches its sharp edge, at which springs are deformed suddenly; round the "
+            f"the contact of the {name} reaches its sharp edge, at which springs are deformed suddenly; round the "
             "edge, or reduce the load"
         )
     if not rises_to(case.line, depth):
         raise ProblemError(
-            f"{_PREFIX}: the equivalent profile of the {name} decreases within the contact, where springs lose contact; "
+            f"the equivalent profile of the {name} decreases within the contact, where springs lose contact; "
             "use an increasing profile, or smooth it"
         )
 
@@ -363,7 +362,7 @@ def _refuse(case: _Case, depth: float) -> None:
 def _refuse_unbounded(case: _Case, relaxation: Relaxation, row: _Row) -> None:
     if relaxation.viscosity > 0.0 and not math.isfinite(row.pressed.slope_square):
         raise ProblemError(
-            f"{_PREFIX}: the friction is unbounded: int g'^2 dx diverges for a {type(case.contact.profile).__name__} of such a "
+            f"the friction is unbounded: int g'^2 dx diverges for a {type(case.contact.profile).__name__} of such a "
             "corner or tip, and the rheology has a parallel dashpot; use a round profile, or a rheology with a glassy "
             "modulus, such as StandardSolid"
         )
@@ -413,7 +412,7 @@ def _under_force(case: _Case, relaxation: Relaxation, speed: float, near: float 
     if row is not None:
         _refuse_unbounded(case, relaxation, row)
     raise ConvergenceError(
-        f"{_PREFIX}: the search for the depth that carries {case.force:g} N at {speed:g} m/s did not converge (last value {depth:g} m); prescribe the indentation"
+        f"the search for the depth that carries {case.force:g} N at {speed:g} m/s did not converge (last value {depth:g} m); prescribe the indentation"
     )
 
 
@@ -470,7 +469,7 @@ def _error(case: _Case, kernel: _Kernel, speed: float, row: _Row) -> float:
     nodes = max(abs(fewer.drag / row.slid.drag - 1.0), abs(fewer.load / row.slid.load - 1.0))
     if not nodes < _LARGEST_ERROR:
         raise ConvergenceError(
-            f"{_PREFIX}: at {written(speed, 'm/s')} the friction is {row.slid.drag / row.slid.load:.1g} of the load, below the "
+            f"at {written(speed, 'm/s')} the friction is {row.slid.drag / row.slid.load:.1g} of the load, below the "
             "rounding error; use slow_limit or fast_limit at such speeds"
         )
     mapped = float(np.max(case.line.equivalent.slope_error(states.contact_radius)))

@@ -190,7 +190,7 @@ def zone_force(
     span = float(np.diff(time).min()), float(np.ptp(time))
     relaxation = zone_relaxation(contact, span, level)
     largest = {stiffness: max(float(control.max()), 0.0)}
-    setting = zone_setting(contact, relaxation, largest, span[1], verb="fit")
+    setting = zone_setting(contact, relaxation, largest, span[1])
     from_start = np.append(time[0], time), np.append(control[0], control)
 
     def follow(springs: ZoneSprings) -> Mapping[str, FloatArray]:

@@ -21,7 +21,7 @@ from pymdr.presentation.steps_header import BranchesInC, StepInC, YieldingInC
 def step_in_c(contacts: Moved) -> StepInC:
     """The step of contacts for a header."""
     raise ProblemError(
-        "Stepper.c_header: no header has this step. Zones with memory, and bodies that yield with adhesion or apparent_radius, solve equations in "
+        "no header has this step. Zones with memory, and bodies that yield with adhesion or apparent_radius, solve equations in "
         "every step: call Stepper.advance. For elastic bodies with friction or two works of adhesion, and for bodies with memory, use export_law(...)"
     )
 

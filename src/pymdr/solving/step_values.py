@@ -18,7 +18,7 @@ def too_deep(indentation: float, deepest: float) -> PathError:
     if not abs(indentation) <= LARGEST:
         return beyond(f"indentation = {indentation:g} m")
     return PathError(
-        f"Stepper.advance: indentation = {metres(indentation)} is deeper than max_indentation = {metres(deepest)}; make a stepper with "
+        f"indentation = {metres(indentation)} is deeper than max_indentation = {metres(deepest)}; make a stepper with "
         "a larger one"
     )
 
@@ -28,20 +28,18 @@ def has_unit(value: Any) -> bool:
     return hasattr(value, "magnitude")
 
 
-def refuse_malformed(verb: str, count: int, given: Mapping[str, tuple[Any, str]]) -> None:
+def refuse_malformed(count: int, given: Mapping[str, tuple[Any, str]]) -> None:
     """
     Refuse values that are no numbers, or not as many as there are contacts.
 
     Parameters
     ----------
-    verb : str
-        What was to be done, for the message.
     given : mapping
         Values by their names, with their units.
     """
     several = f", or an array of shape ({count},)," if count > 1 else ""
     for name, (value, unit) in given.items():
-        said, needed = f"Stepper.{verb}: {name} = {shown(value)}", f"a number in {unit}{several} is needed"
+        said, needed = f"{name} = {shown(value)}", f"a number in {unit}{several} is needed"
         try:
             # texts, None, and integers beyond all floats
             plain = not has_unit(value) and np.asarray(value).dtype.kind not in "UO"

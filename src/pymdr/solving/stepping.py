@@ -150,19 +150,19 @@ class Stepper:
         springs: int | None = None,
         workers: int = 1,
     ) -> None:
-        deepest = to_si(max_indentation, "m", name="Stepper: max_indentation")
+        deepest = to_si(max_indentation, "m", name="max_indentation")
         if not deepest > 0.0:
-            raise ProblemError(f"Stepper: max_indentation = {shown(max_indentation)}; it must be above 0 m")
+            raise ProblemError(f"max_indentation = {shown(max_indentation)}; it must be above 0 m")
         if isinstance(count, bool) or not isinstance(count, int) or count < 1:
-            raise ProblemError(f"Stepper: count = {shown(count)}; a whole number of at least 1 is needed")
+            raise ProblemError(f"count = {shown(count)}; a whole number of at least 1 is needed")
         check_springs(springs, "Stepper")
         if is_cluster(checked_workers(workers)):
             raise ProblemError(
-                "Stepper: a cluster cannot take steps, because workers are threads of this process; give their number"
+                "a cluster cannot take steps, because workers are threads of this process; give their number"
             )
-        require_contact(contact, "Stepper")
+        require_contact(contact)
         self._contact = contact
-        self._deepest = float(within_range(deepest, "m", "Stepper: max_indentation", size=True))
+        self._deepest = float(within_range(deepest, "m", "max_indentation", size=True))
         self._moved, self._path = moving_of(contact, self._deepest, count, springs)
         self._moved.threads = Threads(count, min(workers, count))
         self._several = count > 1
@@ -172,7 +172,7 @@ class Stepper:
             and not contact.is_viscoelastic
             and not (disk := solve(contact, self._path).claims["contact_radius"]).where.all()
         ):
-            raise RefusedError(f"Stepper: {disk.reason}")
+            raise RefusedError(f"{disk.reason}")
         self._undoable = False
 
     @property
@@ -247,11 +247,11 @@ class Stepper:
 
     def _refuse_malformed(self, indentation: Any, shift: Any, duration: Any) -> None:
         lasting = {} if duration is None else {"duration": (duration, "s")}
-        refuse_malformed("advance", self.count, {"indentation": (indentation, "m")} | lasting)
+        refuse_malformed(self.count, {"indentation": (indentation, "m")} | lasting)
         # in the plane something else than a pair was refused before
         in_plane = self._forces is PlaneForces and not isinstance(shift, float)
         shifts = dict(zip(("shift x", "shift y"), shift, strict=True)) if in_plane else {"shift": shift}
-        refuse_malformed("advance", self.count, {name: (each, "m") for name, each in shifts.items()})
+        refuse_malformed(self.count, {name: (each, "m") for name, each in shifts.items()})
 
     @with_known_arguments
     def compiled(self, *, capacity: int = 64) -> CompiledStep:
@@ -294,9 +294,7 @@ class Stepper:
         from pymdr.line.programs import compiled_of
 
         if type(capacity) is not int or not 8 <= capacity <= 65536:
-            raise ProblemError(
-                f"Stepper.compiled: capacity = {shown(capacity)}; a whole number from 8 to 65536 is needed"
-            )
+            raise ProblemError(f"capacity = {shown(capacity)}; a whole number from 8 to 65536 is needed")
         self._undoable = True
         return compiled_of(self._moved, self._deepest, capacity)
 
@@ -353,7 +351,7 @@ class Stepper:
             If there was no step since the beginning or the last undo.
         """
         if not self._undoable:
-            raise PathError("Stepper.undo: there is no step to undo; only the last step can be undone")
+            raise PathError("there is no step to undo; only the last step can be undone")
         self._moved.undo()
         self._undoable = False
 
@@ -379,7 +377,7 @@ class Stepper:
         except PymdrError:
             raise
         except Exception:
-            refuse_malformed("rotate", self.count, {"angle": (angle, "rad")})
+            refuse_malformed(self.count, {"angle": (angle, "rad")})
             raise
         self._undoable = True
 
@@ -413,7 +411,7 @@ class Stepper:
             If it is the state of another stepper.
         """
         if not isinstance(state, StepperState):
-            raise ProblemError(f"Stepper.restore: {shown(state)} is not a state; give Stepper.state")
+            raise ProblemError(f"{shown(state)} is not a state; give Stepper.state")
         mine, other = (
             (self._contact, self._deepest, self.count, self._springs),
             (state.contact, state.max_indentation, state.arrays[0].shape[0], state.springs),
@@ -423,7 +421,7 @@ class Stepper:
         ):
             if own != given:
                 raise ProblemError(
-                    f"Stepper.restore: the state is that of another {name}, {shown(given)}, not {shown(own)}; restore it in a "
+                    f"the state is that of another {name}, {shown(given)}, not {shown(own)}; restore it in a "
                     "stepper of that one"
                 )
         self._moved.arrays = tuple(array.copy() for array in state.arrays)

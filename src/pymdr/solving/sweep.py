@@ -208,16 +208,16 @@ def sweep(
     >>> (swept["normal_force"].isel(step=-1) / swept["normal_force"][0, 0, -1]).values.round(12).tolist()
     [[1.0, 3.0], [2.0, 6.0]]
     """
-    require_contact(contact, "sweep")
+    require_contact(contact)
     wanted = None if quantities is None else _names(quantities)
     if not isinstance(over, Mapping) or not over:
         raise ProblemError(
-            f"sweep: over = {shown(over)}; parameters with their values are needed, such as {{'body.young': ['1 MPa', '2 MPa']}}"
+            f"over = {shown(over)}; parameters with their values are needed, such as {{'body.young': ['1 MPa', '2 MPa']}}"
         )
     axes = [_axis(contact, str(name), values) for name, values in over.items()]
     applied, stiffness = {name: options.get(name) for name in _APPLIED}, options.get("machine_stiffness")
     machine = None if stiffness is None else read_stiffness(stiffness)
-    check_limits_of_tolerance(options.get("tolerance"), "sweep")
+    check_limits_of_tolerance(options.get("tolerance"))
     points = list(product(*(axis.values for axis in axes)))
     answers = _Answers(len(points), wanted)
     kept = (
@@ -248,7 +248,7 @@ def _names(quantities: Any) -> list[str]:
     names = list(quantities) if isinstance(quantities, Iterable) and not isinstance(quantities, str) else None
     if names is None or not all(isinstance(name, str) for name in names):
         raise ProblemError(
-            f"sweep: quantities = {shown(quantities)}; a list of names is needed, such as ['normal_force']"
+            f"quantities = {shown(quantities)}; a list of names is needed, such as ['normal_force']"
         )
     return names
 
@@ -260,16 +260,14 @@ def _axis(contact: Contact, name: str, values: Any) -> _Axis:
     )
     if parts:
         if name == _PATH and not all(isinstance(part, LoadingPath) for part in listed):
-            raise ProblemError("sweep: over['path'] has an entry that is not a path, such as indent('1 um')")
+            raise ProblemError("over['path'] has an entry that is not a path, such as indent('1 um')")
         return _Axis(name, list(listed), None)
     if name == _MACHINE and isinstance(listed, list | tuple) and listed:
         return _Axis(name, [read_stiffness(stiffness) for stiffness in listed], "N/m")
     unit = "N/m" if name == _MACHINE else parameter_of(contact, name).unit
     numbers = np.atleast_1d(to_si_array(listed, unit, name=f"over[{name!r}]"))
     if numbers.ndim != 1 or numbers.size == 0:
-        raise ProblemError(
-            f"sweep: over[{name!r}] has the shape {numbers.shape}; one row of values is needed"
-        )
+        raise ProblemError(f"over[{name!r}] has the shape {numbers.shape}; one row of values is needed")
     return _Axis(name, [float(number) for number in numbers], unit)
 
 
@@ -296,7 +294,7 @@ def _identity(
     swept = [part for axis in axes for part in axis.values if isinstance(part, Profile)]
     if any(has_callables(profile) for profile in (contact.profile, *swept)):
         raise ProblemError(
-            "sweep: folder= cannot compare a Function with that of an earlier run; leave the folder out, or "
+            "folder= cannot compare a Function with that of an earlier run; leave the folder out, or "
             "sample the function as a profile"
         )
     return {
@@ -331,7 +329,7 @@ class _Answers:
             return
         if self.wanted is not None and (strange := self.wanted - set(answer.claims) - {"time"}):
             raise QuantityError(
-                f"sweep: quantities: no {', '.join(sorted(strange))}; there are {', '.join(answer.claims)}"
+                f"quantities: no {', '.join(sorted(strange))}; there are {', '.join(answer.claims)}"
             )
         if "row" in answer.data.coords:
             self.rows = {"row": answer.data.coords["row"]}
@@ -360,18 +358,18 @@ class _Answers:
             size = 8.0 * self.known.size * math.prod(shape) * (len(self.columns) + 1)
             if size > 0.5 * memory_of_machine():
                 raise ProblemError(
-                    f"sweep: {self.known.size} points of {rows} rows need {size / 1e9:.3g} GB (limit {0.5 * memory_of_machine() / 1e9:.3g} GB, half of the "
+                    f"{self.known.size} points of {rows} rows need {size / 1e9:.3g} GB (limit {0.5 * memory_of_machine() / 1e9:.3g} GB, half of the "
                     "memory); give keep= for fewer rows, or quantities= for fewer columns"
                 )
             self.columns[name] = np.full((self.known.size, *shape), math.nan)
         others = self.columns[name].shape[1:]
         if others[0] != rows:
             raise ProblemError(
-                f"sweep: a point has {rows} rows and another {others[0]}; sweep over paths of one length"
+                f"a point has {rows} rows and another {others[0]}; sweep over paths of one length"
             )
         if others != shape:
             raise ProblemError(
-                "sweep: some paths are in the plane and others along a line; sweep over them one kind at a time"
+                "some paths are in the plane and others along a line; sweep over them one kind at a time"
             )
         return self.columns[name]
 
@@ -404,7 +402,7 @@ class _Answers:
         """The whole grid, or the error of the first point if all failed."""
         if np.all(self.refusal != ""):
             raise ProblemError(
-                f"sweep: none of {self.known.size} points can be solved; the first: {self.refusal[0]}"
+                f"none of {self.known.size} points can be solved; the first: {self.refusal[0]}"
             )
         names, shape = [axis.name for axis in axes], [len(axis.values) for axis in axes]
         coords = {axis.name: _coordinate(axis) for axis in axes}

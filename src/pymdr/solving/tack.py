@@ -165,12 +165,12 @@ def pull_off(
     >>> round(mdr.pull_off(gel, machine_stiffness=0).normal_force / (math.pi * 5e-5), 12)
     -1.5
     """
-    check_tolerance(adhesive(contact), tolerance, "pull_off")
+    check_tolerance(adhesive(contact), tolerance)
     if not contact.is_viscoelastic:
         for name, value in (("dwell", dwell), ("speed", speed), ("approach_speed", approach_speed)):
             if value is not None:
                 raise ProblemError(
-                    f"pull_off: {name} = {value!r}, but the bodies have no memory, and their pull-off does not depend on time; leave it out, "
+                    f"{name} = {value!r}, but the bodies have no memory, and their pull-off does not depend on time; leave it out, "
                     "or give a Viscoelastic body"
                 )
         return elastic_pull_off(
@@ -178,13 +178,11 @@ def pull_off(
         )
     for name, value in (("speed", speed), ("dwell", dwell)):
         if np.ndim(value) > 0:  # type: ignore[arg-type]
-            raise ProblemError(
-                f"pull_off: {name} = {shown(value)}; give one value, or call pull_off_curve for several"
-            )
+            raise ProblemError(f"{name} = {shown(value)}; give one value, or call pull_off_curve for several")
     stiffness = stiffness_of_test(machine_stiffness)
     if speed is None:
         raise ProblemError(
-            "pull_off: the pull-off of bodies with memory depends on time; give speed=, such as '10 um/s', and dwell="
+            "the pull-off of bodies with memory depends on time; give speed=, such as '10 um/s', and dwell="
         )
     v = speed_of_test(speed, "speed")
     test = TackTest(

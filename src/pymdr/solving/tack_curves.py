@@ -160,10 +160,10 @@ def pull_off_curve(
     adhesive(contact)
     if not contact.is_viscoelastic:
         raise ProblemError(
-            "pull_off_curve: the bodies have no memory, and their pull-off does not depend on time; call pull_off, or give a Viscoelastic body"
+            "the bodies have no memory, and their pull-off does not depend on time; call pull_off, or give a Viscoelastic body"
         )
     tolerance = options.get("tolerance")
-    check_tolerance(contact, tolerance, "pull_off_curve")
+    check_tolerance(contact, tolerance)
     v = _several(speed, "m/s", "speed")
     times = _several(dwell, "s", "dwell")
     for one in v:
@@ -236,7 +236,7 @@ def _several(values: ArrayQuantityLike, unit: str, name: str) -> FloatArray:
     """One row of values in SI units."""
     numbers = np.atleast_1d(to_si_array(values, unit, name=name))
     if numbers.ndim != 1 or numbers.size == 0:
-        raise ProblemError(f"pull_off_curve: {name} = {shown(values)}; one row of values is needed")
+        raise ProblemError(f"{name} = {shown(values)}; one row of values is needed")
     return numbers
 
 

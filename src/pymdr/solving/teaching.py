@@ -60,8 +60,8 @@ def foundation(
     (0.16667, 0.5)
     """
     if isinstance(n, bool) or not isinstance(n, int) or n < 2:
-        raise ProblemError(f"foundation: n = {n!r} springs; a whole number of at least 2 is needed")
-    require_contact(contact, "foundation")
+        raise ProblemError(f"n = {n!r} springs; a whole number of at least 2 is needed")
+    require_contact(contact)
     line = map_to_springs(contact).line
     if half_length is not None:
         length = to_si(half_length, "m", name="half_length")
@@ -74,11 +74,9 @@ def foundation(
     elif math.isfinite(line.equivalent.max_radius):
         length = line.equivalent.max_radius
     else:
-        raise ProblemError(
-            "foundation: this profile has no characteristic length; give half_length, such as '1 um'"
-        )
+        raise ProblemError("this profile has no characteristic length; give half_length, such as '1 um'")
     if length <= 0.0:
-        raise ProblemError(f"foundation: half_length = {metres(length)}; it must be above 0 m")
+        raise ProblemError(f"half_length = {metres(length)}; it must be above 0 m")
     return spring_foundation(line, length, n)
 
 
@@ -126,17 +124,15 @@ def friction_foundation(
     >>> round(float(friction_foundation(ball, [0.5, 0.5], [0.0, 0.25], n=4000).tangential_force[-1]), 5)
     0.30474
     """
-    require_contact(contact, "friction_foundation")
+    require_contact(contact)
     if contact.friction is None:
-        raise ProblemError("friction_foundation: give Contact(..., friction=Coulomb(0.3))")
+        raise ProblemError("give Contact(..., friction=Coulomb(0.3))")
     d = np.atleast_1d(to_si_array(indentation, "m", name="indentation"))
     u = np.atleast_1d(to_si_array(shift, "m", name="shift"))
     if d.shape != u.shape or d.ndim != 1 or d.size == 0:
-        raise ProblemError(
-            f"friction_foundation: {d.size} indentations for {u.size} shifts; give the same number of each"
-        )
+        raise ProblemError(f"{d.size} indentations for {u.size} shifts; give the same number of each")
     if isinstance(n, bool) or not isinstance(n, int) or n < 2:
-        raise ProblemError(f"friction_foundation: n = {n!r} springs; a whole number of at least 2 is needed")
+        raise ProblemError(f"n = {n!r} springs; a whole number of at least 2 is needed")
     mapped = map_to_springs(contact)
     deepest = states_at_depth(mapped.line, np.array([float(np.max(d))]))
     refuse_unreachable(mapped.line, contact.profile, deepest)

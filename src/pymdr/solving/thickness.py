@@ -105,7 +105,7 @@ def thickness_correction(
     >>> cell["force_factor"].values.round(6).tolist()
     [1.297254, 2.677441]
     """
-    depth = positive_row(indentation, "m", "thickness_correction", "indentation")
+    depth = positive_row(indentation, "m", "indentation")
     sample = Elastic(1.0, poisson)
     layered = Contact(profile, Layered([Layer(sample, thickness)], bond=bond))
     line, plain = line_of(layered), line_of(Contact(profile, sample))

@@ -237,7 +237,7 @@ def torsion_law(contact: Contact, machine_stiffness: float | None) -> TorsionLaw
 
 def solve_torsional(task: Task) -> Result:
     """Map, walk and interpret."""
-    refuse_curve(task.contact, "torsion", "its torque depends on the contact radius")
+    refuse_curve(task.contact, "its torque depends on the contact radius")
     for name in ("shift", "tangential_force"):
         if uses(task.path, name):
             raise PathError(

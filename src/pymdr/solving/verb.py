@@ -122,7 +122,7 @@ def check_request(
     check_problem(contact, path)
     stiffness = None if machine_stiffness is None else read_stiffness(machine_stiffness)
     if stiffness == 0.0:
-        raise ProblemError("solve: machine_stiffness = 0 is a dead load: prescribe it with load(...) instead")
+        raise ProblemError("machine_stiffness = 0 is a dead load: prescribe it with load(...) instead")
     if stiffness is None:
         for leg in planned(path):
             if "travel" in named_channels(leg.leg):
@@ -131,39 +131,37 @@ def check_request(
                     "case file under [solve]), or prescribe the indentation"
                 )
     if keep is not None and contact.friction is None:
-        raise ProblemError("solve: keep= is for contacts with friction; other contacts keep every row")
+        raise ProblemError("keep= is for contacts with friction; other contacts keep every row")
     if keep is not None and contact.is_viscoelastic:
-        raise ProblemError("solve: keep= is for elastic bodies; fields of bodies with memory need every row")
+        raise ProblemError("keep= is for elastic bodies; fields of bodies with memory need every row")
     if keep is None or isinstance(keep, int):
         refuse_beyond_memory(path, 1 if keep is None else max(keep, 1))
     return stiffness, kept_rows(keep, path)
 
 
-def check_tolerance(
-    contact: Contact, tolerance: float | None, verb: str = "solve", solver: Rings | None = None
-) -> None:
+def check_tolerance(contact: Contact, tolerance: float | None, solver: Rings | None = None) -> None:
     """Refuse a tolerance outside its limits, and one of contacts whose claims need none."""
-    check_limits_of_tolerance(tolerance, verb)
+    check_limits_of_tolerance(tolerance)
     if tolerance is None:
         return
     if solver is not None or not (contact.is_viscoelastic and contact.is_cohesive):
         alone = "" if solver is None else ", without solver="
         raise ProblemError(
-            f"{verb}: tolerance = {shown(tolerance)}; it is for MaugisDugdale or Capillary on bodies with memory{alone}; leave it out, the claims state the errors"
+            f"tolerance = {shown(tolerance)}; it is for MaugisDugdale or Capillary on bodies with memory{alone}; leave it out, the claims state the errors"
         )
 
 
-def check_limits_of_tolerance(tolerance: float | None, verb: str) -> None:
+def check_limits_of_tolerance(tolerance: float | None) -> None:
     """Refuse what is no number from 1e-6 to 1e-2, nor None."""
     if tolerance is None:
         return
     if isinstance(tolerance, bool) or not isinstance(tolerance, int | float) or not 1e-6 <= tolerance <= 1e-2:
-        raise ProblemError(f"{verb}: tolerance = {shown(tolerance)}; it must be a number from 1e-6 to 1e-2")
+        raise ProblemError(f"tolerance = {shown(tolerance)}; it must be a number from 1e-6 to 1e-2")
 
 
 def check_problem(contact: Contact, path: LoadingPath) -> None:
     """Refuse arguments of the wrong kind before any work."""
-    require_contact(contact, "solve")
+    require_contact(contact)
     if not isinstance(path, LoadingPath):
         several = isinstance(path, list | tuple) and all(isinstance(leg, LoadingPath) for leg in path)
         remedy = (
@@ -171,7 +169,7 @@ def check_problem(contact: Contact, path: LoadingPath) -> None:
             if several
             else "write for example load('50 N', steps=50)"
         )
-        raise PathError(f"solve: {shown(path)} is not a path; {remedy}")
+        raise PathError(f"{shown(path)} is not a path; {remedy}")
     known_legs(path)
     check_times(path, needed=contact.is_viscoelastic)
 
@@ -195,11 +193,11 @@ def kept_rows(keep: int | ArrayLike | None, path: LoadingPath) -> np.ndarray | N
     rows = total_rows(path)
     whole = np.asarray(keep)
     if whole.dtype.kind not in "iu" or whole.ndim > 1 or whole.size == 0:
-        raise ProblemError(f"solve: keep = {keep!r}; a whole number k (every k-th row) or rows are needed")
+        raise ProblemError(f"keep = {keep!r}; a whole number k (every k-th row) or rows are needed")
     if whole.ndim == 0:
         if not 1 <= int(whole) <= rows:
-            raise ProblemError(f"solve: keep = {keep!r}; every k-th of {rows} rows needs 1 <= k <= {rows}")
+            raise ProblemError(f"keep = {keep!r}; every k-th of {rows} rows needs 1 <= k <= {rows}")
         return np.arange(int(whole) - 1, rows, int(whole))
     if whole.min() < -rows or whole.max() >= rows:
-        raise ProblemError(f"solve: keep names rows {whole.min()} to {whole.max()}; there are {rows} rows")
+        raise ProblemError(f"keep names rows {whole.min()} to {whole.max()}; there are {rows} rows")
     return np.unique(whole % rows)

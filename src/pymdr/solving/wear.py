@@ -115,7 +115,7 @@ class Wear(Study):
         row = row_index(row, self.data.sizes["cycles"], "row", "")
         r, depth = self.surface["r"].values[row], self.surface["worn_depth"].values[row]
         if not depth.max() > 0.0:
-            raise ProblemError(f"wear: row {row} has no wear; use the original profile")
+            raise ProblemError(f"row {row} has no wear; use the original profile")
         first, last = np.flatnonzero(depth > 0.0)[[0, -1]] + [-1, 1]
         ring = slice(max(int(first), 0), int(last) + 1)
         r, depth = r[ring], depth[ring]
@@ -282,14 +282,14 @@ def wear(
     >>> bool(0.99 < worn["worn_volume"][-1] / worn.data.attrs["limit_volume"] < 1.0)
     True
     """
-    require_contact(contact, "wear")
+    require_contact(contact)
     refuse_unknown_wear(contact)
     k = _coefficient(coefficient, law)
     rows = _counted(cycles)
     request = one_cycle(path)
-    mapped, d, mu, _ = pressed_joint("wear", "wear", contact, request.normal_force, request.indentation)
+    mapped, d, mu, _ = pressed_joint("wear", contact, request.normal_force, request.indentation)
     if not rises_to(mapped.line, d):
-        raise ProblemError("wear: the equivalent profile decreases within the contact; use an increasing one")
+        raise ProblemError("the equivalent profile decreases within the contact; use an increasing one")
     rate = k * (mu if law == "energy" else 1.0)
     case = WearCase(contact, mapped.line.equivalent, mapped.moduli, d, mu, request, rate)
     with one_thread():  # systems of a few hundred unknowns are slower in several threads
@@ -318,10 +318,10 @@ def wear(
 def _coefficient(given: QuantityLike, law: str) -> float:
     """The wear coefficient in m^2/N, or m^3/J."""
     if law not in LAWS:
-        raise ProblemError(f"wear: law = {shown(law)}; it must be 'archard' or 'energy'")
+        raise ProblemError(f"law = {shown(law)}; it must be 'archard' or 'energy'")
     k = to_si(given, "m^2/N", name="coefficient")
     if not 0.0 < k < math.inf:
-        raise ProblemError(f"wear: coefficient = {shown(given)}; it must be above 0 m^2/N and finite")
+        raise ProblemError(f"coefficient = {shown(given)}; it must be above 0 m^2/N and finite")
     return k
 
 
@@ -356,11 +356,11 @@ def _counted(cycles: ArrayQuantityLike) -> FloatArray:
     given = np.atleast_1d(to_si_array(cycles, "", name="cycles"))
     if given.ndim != 1 or given.size == 0 or not np.all(given >= 0.0) or not np.all(np.diff(given) > 0.0):
         raise ProblemError(
-            f"wear: cycles = {shown(cycles)}; a number above 0, or rising numbers of at least 0, are needed"
+            f"cycles = {shown(cycles)}; a number above 0, or rising numbers of at least 0, are needed"
         )
     last = float(given[-1])
     if not last > 0.0:
-        raise ProblemError(f"wear: cycles = {shown(cycles)}; the last number must be above 0")
+        raise ProblemError(f"cycles = {shown(cycles)}; the last number must be above 0")
     if given.size > 1:
         return given
     spaced = np.geomspace(last * 10.0**-_DECADES, last, _ROWS)

@@ -86,7 +86,7 @@ def refuse_unknown_wear(contact: Contact) -> None:
             "RoundedFlat"
         )
     if why:
-        raise ProblemError(f"wear: {why}")
+        raise ProblemError(why)
 
 
 def one_cycle(path: LoadingPath) -> WearCycle:
@@ -102,10 +102,10 @@ def one_cycle(path: LoadingPath) -> WearCycle:
     pressed: tuple[str, float] | None = None
     shifts = [0.0]
     if not isinstance(path, LoadingPath):
-        raise ProblemError(f"wear: {shown(path)} is not a path; write load('10 N') >> cycle(shift='1 um')")
+        raise ProblemError(f"{shown(path)} is not a path; write load('10 N') >> cycle(shift='1 um')")
     if is_planar(path):
         raise ProblemError(
-            "wear: the path shifts the body in the plane; wear is followed along one line only, such as cycle(shift='1 um')"
+            "the path shifts the body in the plane; wear is followed along one line only, such as cycle(shift='1 um')"
         )
     for number, leg in enumerate(legs(path), 1):
         names = named_channels(leg)
@@ -113,7 +113,7 @@ def one_cycle(path: LoadingPath) -> WearCycle:
             continue
         if not names or not set(names) <= {"indentation", "normal_force", "shift"}:
             raise ProblemError(
-                f"wear: leg {number} moves {', '.join(names) or 'nothing'}; only indentation or normal_force, and then shift, are followed"
+                f"leg {number} moves {', '.join(names) or 'nothing'}; only indentation or normal_force, and then shift, are followed"
             )
         normal = [name for name in names if name != "shift"]
         if normal:
@@ -124,7 +124,7 @@ def one_cycle(path: LoadingPath) -> WearCycle:
     amplitude = 0.5 * float(np.ptp(moved))
     if pressed is None or not amplitude > 0.0:
         missing = "press the bodies together" if pressed is None else "shift them to and fro"
-        raise ProblemError(f"wear: the path does not {missing}; write load('10 N') >> cycle(shift='1 um')")
+        raise ProblemError(f"the path does not {missing}; write load('10 N') >> cycle(shift='1 um')")
     depth = pressed[1] if pressed[0] == "indentation" else None
     return WearCycle(depth, None if depth is not None else pressed[1], amplitude)
 
@@ -138,7 +138,7 @@ def _pressed(
     varied = isinstance(leg, Cycle) or (isinstance(leg, Path) and np.ptp(values) > 0.0)
     if varied or (moved and before != (name, last)):
         raise ProblemError(
-            f"wear: leg {number} changes {name} while the bodies shift; wear is followed at constant load or indentation"
+            f"leg {number} changes {name} while the bodies shift; wear is followed at constant load or indentation"
         )
     return name, last
 
@@ -216,13 +216,13 @@ def followed(case: WearCase, rows: FloatArray, progress: Callable[[int, int], No
     """The history of a case, on a mesh that the contact does not outgrow."""
     if case.gross and case.request.amplitude > SMALL * case.radius:
         raise ProblemError(
-            f"wear: gross slip with an amplitude of {metres(case.request.amplitude)} (limit {metres(SMALL * case.radius)}, a tenth of the "
+            f"gross slip with an amplitude of {metres(case.request.amplitude)} (limit {metres(SMALL * case.radius)}, a tenth of the "
             "contact radius): the track is not of revolution; give a smaller amplitude"
         )
     whole = _dimensionless(case, case.radius, _SCOUT).rate * float(rows[-1])
     if not whole <= _MOST_WEAR:
         raise ProblemError(
-            f"wear: {rows[-1]:g} cycles at a coefficient of {case.coefficient:g} m^2/N wear {whole:.2g} times the indentation "
+            f"{rows[-1]:g} cycles at a coefficient of {case.coefficient:g} m^2/N wear {whole:.2g} times the indentation "
             f"(limit {_MOST_WEAR:g}); give fewer cycles, and check the unit of the coefficient"
         )
     by_force = case.request.normal_force is not None
@@ -246,7 +246,7 @@ def followed(case: WearCase, rows: FloatArray, progress: Callable[[int, int], No
             history = march(fine, rows, _TOLERANCE, progress, blocks=np.array(half.blocks))
             return Followed(fine, history, half)
     raise ProblemError(
-        f"wear: after {rows[-1]:g} cycles the contact reaches r = {metres(end)}, up to which the profile is known; give fewer cycles"
+        f"after {rows[-1]:g} cycles the contact reaches r = {metres(end)}, up to which the profile is known; give fewer cycles"
     )
 
 

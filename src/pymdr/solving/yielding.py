@@ -196,9 +196,7 @@ def _criteria(
         criteria.append(("largest tension", "principal_stress", tensions))
     if bond_strength is not None:
         if not isinstance(body, Layered):
-            raise ProblemError(
-                "first_yield: bond_strength is for a body of layers; leave it out, or give the other side="
-            )
+            raise ProblemError("bond_strength is for a body of layers; leave it out, or give the other side=")
         bond = _strengths("bond_strength", bond_strength, body)[: len(body.layers)]
         criteria.append(("interface shear", "interface_shear", bond))
     return criteria
@@ -213,12 +211,12 @@ def refuse_unknown_stress(contact: Contact, subject: str = "first yield") -> Non
         raise NotValidError(f"{subject} is not valid here: {why} [{SOURCES['stress']}]")
     if isinstance(contact.adhesion, JKR):
         raise ProblemError(
-            "first_yield: the contact has the adhesion of JKR: its edge yields under any load; use MaugisDugdale"
+            "the contact has the adhesion of JKR: its edge yields under any load; use MaugisDugdale"
         )
     law = contact.adhesion
     if law is not None and law.cohesive_stress is None and not theory_of(law).pulls_beyond:
         raise ProblemError(
-            f"first_yield: {type(law).__name__} has no cohesive stress, so the stress at its edge is not known; use MaugisDugdale"
+            f"{type(law).__name__} has no cohesive stress, so the stress at its edge is not known; use MaugisDugdale"
         )
 
 
@@ -240,19 +238,19 @@ def _where(place: Largest) -> str:
     return f"x = {metres(place.r * math.cos(place.angle))}, y = {metres(across)}"
 
 
-def checked_ratio(contact: Contact, force_ratio: QuantityLike | None, verb: str = "first_yield") -> float:
+def checked_ratio(contact: Contact, force_ratio: QuantityLike | None) -> float:
     """Tangential over normal force."""
     if contact.friction is None:
         if force_ratio is not None:
             raise ProblemError(
-                f"{verb}: force_ratio = {shown(force_ratio)}, but the contact has no friction; give it friction=Coulomb(0.3)"
+                f"force_ratio = {shown(force_ratio)}, but the contact has no friction; give it friction=Coulomb(0.3)"
             )
         return 0.0
     most = contact.friction.coefficient
     ratio = most if force_ratio is None else to_si(force_ratio, "", name="force_ratio")
     if not 0.0 <= ratio <= most or math.isinf(ratio):
         raise ProblemError(
-            f"{verb}: force_ratio = {shown(ratio)}; a number from 0 to the coefficient of friction, {most:g}, is needed"
+            f"force_ratio = {shown(ratio)}; a number from 0 to the coefficient of friction, {most:g}, is needed"
         )
     return ratio
 
@@ -283,13 +281,13 @@ def _strengths(name: str, strength: QuantityLike | Sequence[QuantityLike], body:
     limits = [to_si(one, "Pa", name=name) for one in given]
     for one, limit in zip(given, limits, strict=True):
         if not limit > 0.0:
-            raise ProblemError(f"first_yield: {name} = {shown(one)}; it must be above 0 Pa")
+            raise ProblemError(f"{name} = {shown(one)}; it must be above 0 Pa")
     count = 1
     if isinstance(body, Layered):
         count = len(body.layers) + isinstance(body.base, Elastic)
     if len(limits) not in (1, count):
         raise ProblemError(
-            f"first_yield: {len(limits)} values of {name} for {count} elastic part{'s' if count > 1 else ''} of the body; give one for all, or "
+            f"{len(limits)} values of {name} for {count} elastic part{'s' if count > 1 else ''} of the body; give one for all, or "
             "one for every layer from the surface downward and for an elastic base"
         )
     return limits * (count // len(limits))

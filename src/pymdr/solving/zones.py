@@ -70,8 +70,6 @@ def zone_setting(
     relaxation: Relaxation,
     targets: Mapping[float, float],
     longest: float = math.inf,
-    *,
-    verb: str = "solve",
 ) -> ZoneSetting:
     """
     The springs of a contact, and its largest zone: that of an elastic body with the softest modulus of the path.
@@ -84,12 +82,10 @@ def zone_setting(
         Largest targets in m, or in N for 0, by the machine stiffness in N/m.
     longest : float
         Duration of the path in s. Bodies that flow at rest are refused where it is inf.
-    verb : str
-        What was called, for messages.
     """
-    refuse_rigid(relaxation, verb)
+    refuse_rigid(relaxation)
     if math.isinf(longest):
-        refuse_flow(relaxation, verb)
+        refuse_flow(relaxation)
     softest = relaxation.softest(longest)
     law = contact.adhesion
     assert law is not None
@@ -98,11 +94,11 @@ def zone_setting(
     try:
         stops = [line.stop(k, top) for k, top in sorted(targets.items())]
     except ConvergenceError as error:
-        raise ProblemError(f"{verb}: {error}") from error
+        raise ProblemError(str(error)) from error
     # theories of cohesive zones need a profile that increases up to the end
     equilibria_of(law, contact.profile, line.line, max(stops))
     widest = float(np.max(line.equilibria.states(np.array(stops)).cohesive_radius))
-    refuse_edge(line, _GROWTH * 1.2 * widest, verb)
+    refuse_edge(line, _GROWTH * 1.2 * widest)
     # of a contact that is long compared with it (Maugis 1992)
     shortest = math.pi * law.work * softest / (4.0 * law.cohesive_stress**2)
     return ZoneSetting(
@@ -139,12 +135,12 @@ def with_measured_zone(
     return setting
 
 
-def short_springs(contact: Contact, relaxation: Relaxation, verb: str = "solve") -> ShortSprings:
+def short_springs(contact: Contact, relaxation: Relaxation) -> ShortSprings:
     """The springs of a contact of bodies with E*(t) under adhesion of short range, in the name of a verb."""
-    refuse_rigid(relaxation, verb)
+    refuse_rigid(relaxation)
     if relaxation.rubbery == 0.0:
         raise ProblemError(
-            f"{verb}: JKR(work, range=...) needs a body that relaxes to a finite modulus: the energy release rate of the relaxed body moves the edge "
+            "JKR(work, range=...) needs a body that relaxes to a finite modulus: the energy release rate of the relaxed body moves the edge "
             "(Schapery 1975). This body flows at rest; use MaugisDugdale(work, range=...)"
         )
     law = contact.adhesion
@@ -158,18 +154,18 @@ def short_springs(contact: Contact, relaxation: Relaxation, verb: str = "solve")
     rest = float(zone.zone_length(law.work))
     if rest > _LONGEST * size:
         raise ProblemError(
-            f"{verb}: JKR.range = {metres(law.attraction_range)}: the cohesive zone at rest would be {metres(rest)} long, more than {_LONGEST:g} of the contact "
+            f"JKR.range = {metres(law.attraction_range)}: the cohesive zone at rest would be {metres(rest)} long, more than {_LONGEST:g} of the contact "
             f"radius without load, {metres(size)}; use MaugisDugdale(work, range=...), which has no such limit"
         )
-    refuse_edge(line, math.inf, verb)
+    refuse_edge(line, math.inf)
     return ShortSprings(zone, springs_of(line), size, line.end)
 
 
-def refuse_edge(line: AdhesiveLine, radius: float, verb: str) -> None:
+def refuse_edge(line: AdhesiveLine, radius: float) -> None:
     """Refuse zones up to a radius in m that would reach the sharp edge of the profile, in the name of a verb."""
     if line.line.edge < radius:
         raise ProblemError(
-            f"{verb}: the zone would reach the sharp edge of the profile at r = {metres(line.line.edge)}, which is not covered with memory; use a "
+            f"the zone would reach the sharp edge of the profile at r = {metres(line.line.edge)}, which is not covered with memory; use a "
             "wider profile or a smaller load"
         )
 

@@ -340,7 +340,7 @@ def stack_curves(
     some = list(curves)
     channel = "travel" if some and some[0].travel is not None else "indentation"
     if not some or any((one.travel is None) != (channel == "indentation") for one in some):
-        raise ProblemError("stack_curves: curves are needed, all with travel or all with indentation")
+        raise ProblemError("curves are needed, all with travel or all with indentation")
     width = max(one.force.size for one in some)
     columns = {
         "force": ("N", [np.where(one.marked, np.nan, one.force) for one in some]),
@@ -358,9 +358,7 @@ def stack_curves(
         data["spring_constant"] = "curve", np.array([one.spring_constant for one in some]), {"units": "N/m"}
     for name, each in (numbers or {}).items():
         if len(each) != len(some):
-            raise ProblemError(
-                f"stack_curves: {len(each)} numbers {shown(name)} for {len(some)} curves; give one for each"
-            )
+            raise ProblemError(f"{len(each)} numbers {shown(name)} for {len(some)} curves; give one for each")
         data[name] = "curve", np.asarray(each, dtype=float)
     return _on_pixels(data, some)
 
@@ -372,7 +370,7 @@ def _on_pixels(data: xr.Dataset, curves: Sequence[MeasuredCurve]) -> xr.Dataset:
     pixels = [tuple(int(float(curve.metadata[f"grid index {axis}"])) for axis in "yx") for curve in curves]
     if len(set(pixels)) < len(curves):
         raise ProblemError(
-            "stack_curves: two curves lie in the same pixel; give one segment of each record, such as the approach"
+            "two curves lie in the same pixel; give one segment of each record, such as the approach"
         )
     shape = [
         int(_of_grid(curves, "shape", axis, max(where) + 1.0))

@@ -168,9 +168,7 @@ def fretting_log(
     columns["regime"] = _regimes(ratio, limit)
     attrs = {"limit": limit}
     if cycles is not None and worn_volume is None:
-        raise ProblemError(
-            "fretting_log: cycles says how many cycles caused a worn volume; give worn_volume too"
-        )
+        raise ProblemError("cycles says how many cycles caused a worn volume; give worn_volume too")
     if worn_volume is not None:
         attrs["wear_coefficient"] = _rate(worn_volume, columns["dissipated_per_cycle"], cycles)
     number = measured["cycle"].values
@@ -211,11 +209,9 @@ def _read(
     """A record, and its shift and force in SI units without the deflection of the machine."""
     data = record.data if isinstance(record, Result) else record
     if isinstance(data, xr.Dataset):
-        refuse_without_shift("fretting_log", data)
+        refuse_without_shift(data)
     if not isinstance(data, xr.Dataset) or "tangential_force" not in data:
-        raise ProblemError(
-            "fretting_log: a record with shift and tangential_force is needed, such as read_record returns"
-        )
+        raise ProblemError("a record with shift and tangential_force is needed, such as read_record returns")
     shift, force = _column(data, "shift", "m"), _column(data, "tangential_force", "N")
     if machine_stiffness is not None:
         shift = shift - force / _above_zero("machine_stiffness", machine_stiffness, "N/m")
@@ -238,7 +234,7 @@ def _column(data: xr.Dataset, name: str, unit: str) -> FloatArray:
 def _above_zero(name: str, given: QuantityLike, unit: str) -> float:
     value = to_si(given, unit, name=name)
     if not value > 0.0:
-        raise ProblemError(f"fretting_log: {name} = {shown(given)}; it must be above 0 {unit}")
+        raise ProblemError(f"{name} = {shown(given)}; it must be above 0 {unit}")
     return value
 
 
@@ -254,7 +250,7 @@ def _loads(data: xr.Dataset, given: QuantityLike | None, spans: list[slice]) -> 
     if not loaded.all():
         row = int(np.argmin(loaded)) + 1
         raise ProblemError(
-            f"fretting_log: the mean normal force of cycle {row} is {loads[row - 1]:.4g} N, and it must be above 0 N and finite; check the sign "
+            f"the mean normal force of cycle {row} is {loads[row - 1]:.4g} N, and it must be above 0 N and finite; check the sign "
             "and that the columns of both forces are not interchanged"
         )
     return loads
@@ -263,12 +259,10 @@ def _loads(data: xr.Dataset, given: QuantityLike | None, spans: list[slice]) -> 
 def _refuse_given_energy(loss: FloatArray, ratio: FloatArray) -> None:
     """Refuse a record whose cycles give more energy than noise does."""
     if np.all(np.isnan(loss)):
-        raise ProblemError(
-            "fretting_log: the record ends before its only cycle closes; give two cycles or a longer record"
-        )
+        raise ProblemError("the record ends before its only cycle closes; give two cycles or a longer record")
     given = backward_loops("shift", "tangential_force", loss)
     if given and np.nanmedian(ratio) < -_GIVEN:
-        raise ProblemError(f"fretting_log: {given[0]}")
+        raise ProblemError(str(given[0]))
 
 
 def _coefficients(swing: FloatArray, load: FloatArray) -> FloatArray:
@@ -277,7 +271,7 @@ def _coefficients(swing: FloatArray, load: FloatArray) -> FloatArray:
     median = float(np.median(coefficients))
     if median > _LARGEST_FRICTION:
         raise ProblemError(
-            f"fretting_log: the median friction coefficient of the cycles is {median:.4g} (limit {_LARGEST_FRICTION:g}), of forces of "
+            f"the median friction coefficient of the cycles is {median:.4g} (limit {_LARGEST_FRICTION:g}), of forces of "
             f"{newtons(float(np.median(swing)))} under loads of {newtons(float(np.median(load)))}; correct the unit of the force or of the load"
         )
     return coefficients
@@ -347,14 +341,12 @@ def _model(
     from dataclasses import replace
 
     if load is None:
-        raise ProblemError(
-            "fretting_log: a contact needs the load; give normal_force, or a record that has it"
-        )
+        raise ProblemError("a contact needs the load; give normal_force, or a record that has it")
     if contact.friction is None:
         slides = ratio > _HERTZ * (1.0 + _BAND)
         if not slides.any():
             raise ProblemError(
-                "fretting_log: no cycle slides grossly, so the record does not give mu; give Contact(..., friction=Coulomb(mu))"
+                "no cycle slides grossly, so the record does not give mu; give Contact(..., friction=Coulomb(mu))"
             )
         contact = replace(contact, friction=Coulomb(float(np.median((swing / load)[slides]))))
     at_limit = friction_loop(contact, float(amplitude[0]), normal_force=float(np.mean(load)))
@@ -372,10 +364,10 @@ def _rate(worn_volume: QuantityLike, loss: FloatArray, cycles: float | None) -> 
     """Energy wear coefficient in m^3/J."""
     volume = _above_zero("worn_volume", worn_volume, "m^3")
     if cycles is not None and not cycles > 0.0:
-        raise ProblemError(f"fretting_log: cycles = {cycles!r}; it must be above 0")
+        raise ProblemError(f"cycles = {cycles!r}; it must be above 0")
     total = float(loss.sum()) if cycles is None else float(loss.mean()) * cycles
     if not total > 0.0:
         raise ProblemError(
-            f"fretting_log: the cycles dissipate {total:.4g} J in all, which must be above 0 J for a wear rate"
+            f"the cycles dissipate {total:.4g} J in all, which must be above 0 J for a wear rate"
         )
     return volume / total

@@ -131,7 +131,7 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
     data = record.data if isinstance(record, Result) else record
     if not isinstance(data, xr.Dataset):
         raise ProblemError(
-            f"measured_loops: {type(record).__name__} is not a record; give what read_record or solve returns, or an "
+            f"{type(record).__name__} is not a record; give what read_record or solve returns, or an "
             "xarray.Dataset"
         )
     displacement, force = _pair(data)
@@ -139,8 +139,8 @@ def measured_loops(record: xr.Dataset | Result, *, least: QuantityLike | None = 
     u, pull = _finite(data, displacement, "m"), _finite(data, force, "N")
     swing = float(np.ptp(u))
     threshold = _threshold(least, swing, displacement)
-    within_range(swing, "m", f"measured_loops: the swing of {displacement}", size=True)
-    within_range(float(np.max(np.abs(pull))), "N", f"measured_loops: the largest {force}", size=True)
+    within_range(swing, "m", f"the swing of {displacement}", size=True)
+    within_range(float(np.max(np.abs(pull))), "N", f"the largest {force}", size=True)
     turns, is_single = _turns_of_cycles(displacement, u, threshold)
     first, middle, last = turns[:-2:2], turns[1:-1:2], turns[2::2]
     quantities = _cycles(u, pull, first, middle, last)
@@ -173,7 +173,7 @@ def _turns_of_cycles(displacement: str, u: FloatArray, threshold: float) -> tupl
     if turns.size < 2:
         times = "once" if turns.size else "never"
         raise ProblemError(
-            f"measured_loops: {displacement} reverses {times} by more than {metres(threshold)}, but a cycle needs "
+            f"{displacement} reverses {times} by more than {metres(threshold)}, but a cycle needs "
             "two reversals; give a smaller least, or a longer record"
         )
     is_single = turns.size == 2
@@ -185,9 +185,9 @@ def _threshold(least: QuantityLike | None, swing: float, displacement: str) -> f
     threshold = 0.1 * swing if least is None else to_si(least, "m", name="least")
     if not threshold > 0.0:
         raise ProblemError(
-            f"measured_loops: {displacement} does not change; give a record with motion"
+            f"{displacement} does not change; give a record with motion"
             if least is None
-            else f"measured_loops: least = {shown(least)}; it must be above 0 m"
+            else f"least = {shown(least)}; it must be above 0 m"
         )
     return threshold
 
@@ -284,11 +284,11 @@ def _check_rows(data: xr.Dataset, columns: list[str]) -> None:
         over = "; ".join(
             f"{name} over {', '.join(map(str, data[name].dims)) or 'nothing'}" for name in columns
         )
-        raise ProblemError(f"measured_loops: {over}; all must be over the same one dimension, such as step")
+        raise ProblemError(f"{over}; all must be over the same one dimension, such as step")
     if data[columns[0]].size < 2:
         rows = "one row" if data[columns[0]].size else "no row"
         raise ProblemError(
-            f"measured_loops: the record has {rows}, but a cycle needs two reversals of {columns[0]}; give a longer record"
+            f"the record has {rows}, but a cycle needs two reversals of {columns[0]}; give a longer record"
         )
 
 
@@ -297,7 +297,7 @@ def _finite(data: xr.Dataset, name: str, unit: str) -> FloatArray:
     values = _in_si(data, name, unit)
     if not np.all(np.isfinite(values)):
         row = int(np.argmin(np.isfinite(values))) + 1
-        raise ProblemError(f"measured_loops: {name} is missing in row {row}; leave such rows out")
+        raise ProblemError(f"{name} is missing in row {row}; leave such rows out")
     return values
 
 
@@ -336,31 +336,29 @@ def _peak_shear(result: Result, row: int) -> float:
     return float(max(np.nanmax(np.abs(values)) for values in (grid.values, at_edge.values)))
 
 
-def refuse_without_shift(who: str, data: xr.Dataset) -> None:
+def refuse_without_shift(data: xr.Dataset) -> None:
     """Refuse a tangential force without the displacement on which it works, which tables often call displacement."""
     if "tangential_force" in data and "shift" not in data:
         raise ProblemError(
-            f"{who}: the record has a tangential force but no shift (it has {', '.join(map(str, data))}); name the column of the tangential "
+            f"the record has a tangential force but no shift (it has {', '.join(map(str, data))}); name the column of the tangential "
             "displacement shift, such as 'shift [um]': 'displacement' is the indentation"
         )
 
 
 def _pair(data: xr.Dataset) -> tuple[str, str]:
     """The displacement of a record and the force that is conjugate to it."""
-    refuse_without_shift("measured_loops", data)
+    refuse_without_shift(data)
     for displacement, force in _PAIRS:
         if displacement in data and force in data:
             return displacement, force
     wanted = " or ".join(f"{u} and {f}" for u, f in _PAIRS)
-    raise ProblemError(
-        f"measured_loops: {wanted} are needed; the record has {', '.join(map(str, data)) or 'none'}"
-    )
+    raise ProblemError(f"{wanted} are needed; the record has {', '.join(map(str, data)) or 'none'}")
 
 
 def _in_si(data: xr.Dataset, name: str, unit: str) -> FloatArray:
     """A column in SI units, converted from the unit in its attributes."""
     if data[name].dtype.kind not in "fiu":
-        raise ProblemError(f"measured_loops: {name} is of {data[name].dtype}; it must be of real numbers")
+        raise ProblemError(f"{name} is of {data[name].dtype}; it must be of real numbers")
     named = data[name].attrs.get("units", unit)
     factor = to_si(f"1 {named}", unit, name=f"unit of {name}")
     return factor * np.asarray(data[name].values, dtype=float)

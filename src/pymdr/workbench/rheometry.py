@@ -139,7 +139,7 @@ def fit_prony(
         set(_SWEEP),
     ):
         raise ProblemError(
-            f"fit_prony: {shown(data)}; the name of a CSV file is needed, or arrays in shear under the names {', '.join(_TEST)} or "
+            f"{shown(data)}; the name of a CSV file is needed, or arrays in shear under the names {', '.join(_TEST)} or "
             f"{', '.join(_SWEEP)} (of Young's moduli: {', '.join(_YOUNG)})"
         )
     units = _TEST if "time" in data else _SWEEP
@@ -162,10 +162,10 @@ def _stiffer(name: str, poisson: QuantityLike | None) -> float:
         return 1.0
     if poisson is None:
         raise ProblemError(
-            f"fit_prony: {name} is Young's modulus, 2 (1 + nu) times that in shear: give poisson, such as 0.5 for a body that keeps "
+            f"{name} is Young's modulus, 2 (1 + nu) times that in shear: give poisson, such as 0.5 for a body that keeps "
             "its volume"
         )
     nu = to_si(poisson, "", name="poisson")
     if not -1.0 < nu <= 0.5:
-        raise ProblemError(f"fit_prony: poisson = {nu:g}; it must be above -1 and at most 0.5")
+        raise ProblemError(f"poisson = {nu:g}; it must be above -1 and at most 0.5")
     return 2.0 * (1.0 + nu)

@@ -124,9 +124,7 @@ def hold_shape(
         As of :func:`pymdr.press`.
     """
     if isinstance(pixels, bool) or not isinstance(pixels, int) or not _FEWEST <= pixels <= _MOST:
-        raise ProblemError(
-            f"verify: pixels = {shown(pixels)}; a whole number from {_FEWEST} to {_MOST} is needed"
-        )
+        raise ProblemError(f"pixels = {shown(pixels)}; a whole number from {_FEWEST} to {_MOST} is needed")
     shape = contact.profile
     assert isinstance(shape, Shape)
     mdr = solve(contact, Path(indentation=depths))
@@ -242,7 +240,7 @@ def _pressed_at(
         count = min(_odd(math.ceil(larger * count)), _odd(_FINER * pixels), _MOST)
         box = wider
     raise PathError(
-        f"verify: at an indentation of {written(depth, 'm')} the contact is larger than the largest grid, {written(float(surface.size.max()), 'm')} wide; prescribe a smaller indentation"
+        f"at an indentation of {written(depth, 'm')} the contact is larger than the largest grid, {written(float(surface.size.max()), 'm')} wide; prescribe a smaller indentation"
     )
 
 

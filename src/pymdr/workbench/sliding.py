@@ -158,20 +158,18 @@ def verify_sliding(
     """
     grid = HalfSpaceGrid(cells)
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 2:
-        raise PathError(f"verify: steps = {steps!r}; a whole number of at least 2 is needed")
+        raise PathError(f"steps = {steps!r}; a whole number of at least 2 is needed")
     assert contact.friction is not None
     if contact.adhesion is not None:
-        raise ProblemError(
-            "verify: adhesion with friction has no independent solver here; leave one of them out"
-        )
+        raise ProblemError("adhesion with friction has no independent solver here; leave one of them out")
     if contact.is_viscoelastic:
         raise ProblemError(
-            "verify: the grid solves friction of elastic bodies only, and a body is Viscoelastic; use Elastic with the stiffness at "
+            "the grid solves friction of elastic bodies only, and a body is Viscoelastic; use Elastic with the stiffness at "
             "one time, or leave friction out (rings then solve the viscoelastic contact)"
         )
     if not 0.0 < contact.friction.coefficient < math.inf:
         raise ProblemError(
-            f"verify: mu = {contact.friction.coefficient:g}; the grid solves friction with a coefficient above 0 and "
+            f"mu = {contact.friction.coefficient:g}; the grid solves friction with a coefficient above 0 and "
             "finite, for example Coulomb(0.3)"
         )
     whole = solve(contact, path, machine_stiffness=machine_stiffness)
@@ -181,7 +179,7 @@ def verify_sliding(
     d, u = (values[chosen] for values in measured.values())
     if not np.isfinite(u).all():
         raise PathError(
-            "verify: a tangential force of the path reaches mu F_N, at which the whole contact slides; prescribe the shift"
+            "a tangential force of the path reaches mu F_N, at which the whole contact slides; prescribe the shift"
         )
     mdr = solve(contact, Path(indentation=d, shift=u))
     rows, force, extrapolated = _by_grid(contact, d, u, grid, progress)

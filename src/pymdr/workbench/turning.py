@@ -88,13 +88,13 @@ def verify_torsion(
         Most rows that are followed, at least 2: turning points, and rows between them.
     """
     if isinstance(rings, bool) or not isinstance(rings, int) or not 20 <= rings <= 1000:
-        raise ProblemError(f"verify: elements = {rings!r}; a whole number of rings from 20 to 1000 is needed")
+        raise ProblemError(f"elements = {rings!r}; a whole number of rings from 20 to 1000 is needed")
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 2:
-        raise PathError(f"verify: steps = {steps!r}; a whole number of at least 2 is needed")
+        raise PathError(f"steps = {steps!r}; a whole number of at least 2 is needed")
     assert contact.friction is not None
     if not 0.0 < contact.friction.coefficient < float("inf"):
         raise ProblemError(
-            f"verify: mu = {contact.friction.coefficient:g}; the rings need a coefficient above 0 and finite, for example Coulomb(0.3)"
+            f"mu = {contact.friction.coefficient:g}; the rings need a coefficient above 0 and finite, for example Coulomb(0.3)"
         )
     whole = solve(contact, path, machine_stiffness=machine_stiffness)
     chosen = thinned_rows([whole.data[name].values for name in ("indentation", "twist")], steps)
@@ -102,7 +102,7 @@ def verify_torsion(
     mdr = solve(contact, Path(indentation=depths, twist=twists))
     top = float(np.max(mdr.data["contact_radius"].values))
     if not top > 0.0:
-        raise PathError("verify: the bodies do not touch in any row; give a path that presses them")
+        raise PathError("the bodies do not touch in any row; give a path that presses them")
     edges = np.linspace(0.0, 1.02 * top, rings + 1)
     other = _followed(contact, edges, depths, twists, progress)
     curves = _curves(contact, depths, twists)

@@ -160,9 +160,9 @@ def verify(
     >>> mdr.verify(ball, mdr.indent("0.1 mm"), elements=100).largest_difference < 1e-5
     True
     """
-    refuse_curve(contact, "verify", "boundary elements need its shape")
+    refuse_curve(contact, "boundary elements need its shape")
     machine_stiffness, tolerance = options.get("machine_stiffness"), options.get("tolerance")
-    check_tolerance(contact, tolerance, "verify")
+    check_tolerance(contact, tolerance)
     if wear is not None:
         number, most = 120 if elements is None else elements, 5 if steps is None else steps
         return verify_wear(contact, path, wear, number, most, progress)
@@ -175,7 +175,7 @@ def verify(
     _refuse_without_solver(contact)
     steps = 5 if steps is None else steps
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 1:
-        raise PathError(f"verify: steps = {steps!r}; a whole number of at least 1 is needed")
+        raise PathError(f"steps = {steps!r}; a whole number of at least 1 is needed")
     if isinstance(contact.profile, Shape):
         touched = _touched(solve(contact, path, machine_stiffness=machine_stiffness))
         pixels = 129 if elements is None else elements
@@ -202,16 +202,16 @@ def _refuse_without_solver(contact: Contact) -> None:
     """Refuse frictionless contacts that boundary elements do not solve."""
     if contact.plastic is not None:
         raise ProblemError(
-            "verify: a body is ElasticPlastic, but boundary elements here are elastic; its model has no independent solver here"
+            "a body is ElasticPlastic, but boundary elements here are elastic; its model has no independent solver here"
         )
     if not isinstance(contact.adhesion, JKR | None) and not (contact.is_viscoelastic and contact.is_cohesive):
         raise ProblemError(
-            "verify: rings solve contacts without adhesion, with JKR, or with MaugisDugdale on bodies with memory; other laws of adhesion have "
+            "rings solve contacts without adhesion, with JKR, or with MaugisDugdale on bodies with memory; other laws of adhesion have "
             "no independent solver here"
         )
     if (exponent := common_exponent(contact.body, contact.counterbody)) != 0.0:
         raise ProblemError(
-            f"verify: rings exist for homogeneous half-spaces and layers only; graded bodies (exponent {exponent:g}) have no independent "
+            f"rings exist for homogeneous half-spaces and layers only; graded bodies (exponent {exponent:g}) have no independent "
             "solver here"
         )
 
@@ -234,9 +234,7 @@ def _verify_adhesion(
     a = mdr.data["contact_radius"].values
     in_contact = np.flatnonzero(a > 0.0)
     if in_contact.size == 0:
-        raise PathError(
-            "verify: the path makes no contact at any step; give a path that presses the bodies together"
-        )
+        raise PathError("the path makes no contact at any step; give a path that presses the bodies together")
     rows = in_contact[_spread(in_contact.size, steps)]
     solutions: list[Any] = [None] * a.size
     disks = adhesive_disks(mdr.contact, a[rows], mdr.data["indentation"].values[rows], works[rows], solver)
@@ -273,9 +271,7 @@ def _verify_history(
     ring = solve(mdr.contact, path, solver=solver, progress=progress)
     touching = np.flatnonzero(ring.data["contact_radius"].values > 0.0)
     if touching.size == 0:
-        raise PathError(
-            "verify: the path makes no contact at any step; give a path that presses the bodies together"
-        )
+        raise PathError("the path makes no contact at any step; give a path that presses the bodies together")
     rows = touching[_spread(touching.size, steps)]
     loaded = uses(path, "normal_force")
     moved = any(leg.controls.normal == "indentation" for leg in planned(path))
@@ -314,15 +310,11 @@ def _spread(size: int, steps: int) -> np.ndarray:
 def _touched(result: Result) -> FloatArray:
     """Indentations of the steps in contact, rising, at least one."""
     if "indentation" not in result.data:
-        raise PathError(
-            "verify: the method gives no indentation for this load; prescribe indentations instead"
-        )
+        raise PathError("the method gives no indentation for this load; prescribe indentations instead")
     d = result.data["indentation"].values
     touched = np.unique(d[np.isfinite(d) & (result.data["force_lower_bound"].values > 0.0)])
     if touched.size == 0:
-        raise PathError(
-            "verify: the path makes no contact at any step; give a path that presses the bodies together"
-        )
+        raise PathError("the path makes no contact at any step; give a path that presses the bodies together")
     return touched
 
 

@@ -90,9 +90,9 @@ def verify_wear(
         Number of compared rows, spread over those from 1 % of the cycles on.
     """
     if isinstance(rings, bool) or not isinstance(rings, int) or not 20 <= rings <= 1000:
-        raise ProblemError(f"verify: elements = {rings!r}; a whole number of rings from 20 to 1000 is needed")
+        raise ProblemError(f"elements = {rings!r}; a whole number of rings from 20 to 1000 is needed")
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 1:
-        raise PathError(f"verify: steps = {steps!r}; a whole number of at least 1 is needed")
+        raise PathError(f"steps = {steps!r}; a whole number of at least 1 is needed")
     study = wear(contact, path, **given)
     cycles = study["cycles"].values
     late = np.flatnonzero(cycles >= _COMPARED_FROM * cycles[-1])

@@ -64,7 +64,7 @@ def solve_pressure(surface: Surface, gap: FloatArray, depth: float, start: Float
             p = np.where(touching, p - (step or 1 / float(surface.normal.real.max())) * rest, p)
             last = math.inf
     raise ConvergenceError(
-        f"solve_sliding: the pressure at {metres(depth)} did not converge: relative residual {error / size:.1e} (limit {_TOLERANCE:g}); use a coarser grid"
+        f"the pressure at {metres(depth)} did not converge: relative residual {error / size:.1e} (limit {_TOLERANCE:g}); use a coarser grid"
     )
 
 
@@ -101,7 +101,7 @@ def solve_tractions(
         following = (1 + math.sqrt(1 + 4 * momentum**2)) / 2
         ahead, q, momentum = new + (momentum - 1) / following * (new - q), new, following
     raise ConvergenceError(
-        f"solve_sliding: the tractions did not converge: relative residual of slip {error / size:.1e} (limit {_TOLERANCE:g}); use more rows or a coarser grid"
+        f"the tractions did not converge: relative residual of slip {error / size:.1e} (limit {_TOLERANCE:g}); use more rows or a coarser grid"
     )
 
 
@@ -247,11 +247,11 @@ def solve_sliding(
     """
     d, u = (np.array(v, dtype=float, ndmin=1) for v in (indentation, shift))
     if not 0 < friction < math.inf:
-        raise ProblemError(f"solve_sliding: friction = {friction!r}; give a finite coefficient above 0")
+        raise ProblemError(f"friction = {friction!r}; give a finite coefficient above 0")
     if d.ndim != 1 or u.shape not in (d.shape, (*d.shape, 2)) or d.size == 0:
-        raise PathError(f"solve_sliding: {d.size} indentations and {len(u)} shifts; give equal numbers")
+        raise PathError(f"{d.size} indentations and {len(u)} shifts; give equal numbers")
     if not (np.isfinite(d).all() and np.isfinite(u).all()):
-        raise PathError("solve_sliding: indentation and shift must be finite in every row")
+        raise PathError("indentation and shift must be finite in every row")
     n, width = int(grid.n), grid.half_width
     if width is None:
         width = _half_width(profile, float(d.max()), n, body, counterbody)
@@ -292,17 +292,13 @@ def _half_width(profile: Profile, depth: float, n: int, body: Material, counterb
     known = _LENGTHS[limit > _LENGTHS]
     below = np.flatnonzero(profile.gap(known) < depth)
     if not below.size:
-        raise PathError(
-            f"solve_sliding: no row touches; give an indentation above the lowest gap, not {metres(depth)}"
-        )
+        raise PathError(f"no row touches; give an indentation above the lowest gap, not {metres(depth)}")
     if below[-1] + 1 < known.size:
         bound = _crossing(profile, depth, float(known[below[-1]]), float(known[below[-1] + 1]))
     elif math.isfinite(limit):
         bound = limit
     else:
-        raise ProblemError(
-            f"solve_sliding: the profile never rises to {metres(depth)}; add FlatPunch(radius) as its end"
-        )
+        raise ProblemError(f"the profile never rises to {metres(depth)}; add FlatPunch(radius) as its end")
     coarse = make_surface(1.01 * bound, _COARSE, body, counterbody)
     p = solve_pressure(coarse, _gap(profile, coarse.x), depth, np.zeros((_COARSE, _COARSE)))
     radius = float(np.hypot(*np.meshgrid(coarse.x, coarse.x))[p > 0].max()) + coarse.side / 2
@@ -326,13 +322,13 @@ def _check_extent(profile: Profile, surface: Surface, contact: Mask) -> None:
     widest = float(r[contact].max(initial=0.0))
     if profile.max_radius < profile.edge and widest + surface.side > profile.max_radius:
         raise ProblemError(
-            f"solve_sliding: the contact extends to {metres(widest)}, the profile to {metres(profile.max_radius)}; "
+            f"the contact extends to {metres(widest)}, the profile to {metres(profile.max_radius)}; "
             "give a smaller indentation or a larger profile"
         )
     outermost = np.concatenate([contact[0], contact[-1], contact[:, 0], contact[:, -1]]).any()
     if outermost and end < profile.edge:
         raise ProblemError(
-            f"solve_sliding: the contact extends to the last cells at {metres(end)}; give a larger half_width"
+            f"the contact extends to the last cells at {metres(end)}; give a larger half_width"
         )
 
 

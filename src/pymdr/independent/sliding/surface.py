@@ -99,7 +99,7 @@ def make_surface(half_width: float, n: int, body: Material, counterbody: Materia
     exponent = common_exponent(body, counterbody)
     if exponent != 0.0:
         raise ProblemError(
-            f"solve_sliding: a body is graded (exponent {exponent:g}), but the kernels are for homogeneous half-spaces; use homogeneous bodies"
+            f"a body is graded (exponent {exponent:g}), but the kernels are for homogeneous half-spaces; use homogeneous bodies"
         )
     surfaces = [surface_compliances(material) for material in (body, counterbody)]
     normal = sum(s.normal for s in surfaces) / math.pi

@@ -81,7 +81,7 @@ def power_law_curves(
         "unit": unit,
     }.items():
         if not 0.0 < value < math.inf:
-            raise ProblemError(f"power_law_curves: {name} = {value!r} must be finite and above 0")
+            raise ProblemError(f"{name} = {value!r} must be finite and above 0")
     rows = np.zeros((1, COLUMNS))
     rows[0, MAX] = math.inf
     rows[0, MODULUS : WORK_FACTOR + 1] = (
@@ -144,16 +144,16 @@ def tabulated_curves(
     """
     for name, value in (("depth", depth), ("modulus", modulus)):
         if not 0.0 < value < math.inf:
-            raise ProblemError(f"tabulated_curves: {name} = {value!r} must be finite and above 0")
+            raise ProblemError(f"{name} = {value!r} must be finite and above 0")
     if not np.isfinite(marks).all():
-        raise ProblemError(f"tabulated_curves: marks = {marks!r} must be finite depths")
+        raise ProblemError(f"marks = {marks!r} must be finite depths")
     table = graded_table(
         contact_radius,
         depth,
         marks=marks,
         tolerance=tolerance,
         factor=2.0 * modulus,
-        describe=lambda d, a: f"tabulated_curves: a({metres(d)}) = {metres(a)}",
+        describe=lambda d, a: f"a({metres(d)}) = {metres(a)}",
     )
     table.rows[0, MODULUS] = modulus
     return ElasticCurves(float(modulus), 0.0, 1.0, 1.0, float(depth), table.rows, table.error)

@@ -83,7 +83,7 @@ class RelaxingContacts(WithoutShift, WithoutAdhesion, Moved):
             for depth, here, lasts in zip(depths, self.indentation.tolist(), lasting, strict=True):
                 if lasts == 0.0 and here != depth and max(here, depth) > 0.0:
                     raise PathError(
-                        f"Stepper.advance: indentation = {metres(depth)} in zero time, for which this rheology needs an infinite force; "
+                        f"indentation = {metres(depth)} in zero time, for which this rheology needs an infinite force; "
                         "give the step a duration"
                     )
         return lasting
@@ -97,7 +97,7 @@ class RelaxingContacts(WithoutShift, WithoutAdhesion, Moved):
 
     @staticmethod
     def _ended(depth: float) -> ConvergenceError:
-        return ConvergenceError(f"Stepper.advance: no springs are known at {metres(depth)}")
+        return ConvergenceError(f"no springs are known at {metres(depth)}")
 
     def step_in_parts(
         self, i: int, depth: float, duration: float, division: tuple[float, int]

@@ -76,7 +76,7 @@ class PlaneContacts(OnNormal):
         """Turn shift, force and springs of every contact by an angle in rad."""
         turn = np.broadcast_to(np.asarray(angle, dtype=float), (self.count,))
         if not np.isfinite(turn).all():
-            raise PathError(f"Stepper.rotate: angle = {shown(angle)}; finite values in rad are needed")
+            raise PathError(f"angle = {shown(angle)}; finite values in rad are needed")
         matrix = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
         vectors, memory = self._own
         for array in self.arrays:
@@ -148,7 +148,5 @@ def _pair(shift: Any) -> Any:
     try:
         x, y = (0.0, 0.0) if isinstance(shift, float) and shift == 0.0 else shift
     except (TypeError, ValueError):
-        raise ProblemError(
-            f"Stepper.advance: shift = {shown(shift)}; in the plane a pair (x, y) is needed"
-        ) from None
+        raise ProblemError(f"shift = {shown(shift)}; in the plane a pair (x, y) is needed") from None
     return x, y

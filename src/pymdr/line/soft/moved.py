@@ -8,7 +8,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from pymdr.errors import PathError, PymdrError
+from pymdr.errors import PathError
 from pymdr.line.moved import BEFORE, NOW, BoolArray, IntArray, Moved, WithoutShift, durations_of
 from pymdr.line.soft.small_zone import ShortSprings
 from pymdr.line.soft.springs import ZoneSprings
@@ -64,7 +64,7 @@ class ZoneContacts(WithoutShift, Moved):
         if sudden.any():
             i = int(np.argmax(sudden))
             raise PathError(
-                f"Stepper.advance: indentation = {metres(depth[i])} in zero time, which adhesion with memory does not cover; give the step a duration"
+                f"indentation = {metres(depth[i])} in zero time, which adhesion with memory does not cover; give the step a duration"
             )
         steps = enumerate(zip(depth.tolist(), durations, strict=True))
         ends = [self._follow(i, d, lasts) for i, (d, lasts) in steps]
@@ -79,10 +79,7 @@ class ZoneContacts(WithoutShift, Moved):
         for array, now in zip(self.springs.state, remembered, strict=True):
             array[...] = now
         begin = float(row[_KEPT.index("indentation")])
-        try:
-            after = self.springs.follow(np.array([0.0, duration]), np.array([begin, depth]), math.inf, True)
-        except PymdrError as error:
-            raise type(error)(f"Stepper.advance: {error}") from None
+        after = self.springs.follow(np.array([0.0, duration]), np.array([begin, depth]), math.inf, True)
         after["jump_dissipation"] += row[_KEPT.index("jump_dissipation")]
         touched = (row[_KEPT.index("touched")] > 0.0) | (after["cohesive_radius"] > 0.0)
         columns = after | {"indentation": np.array([depth]), "touched": touched}

@@ -138,7 +138,7 @@ def march(
                     size = (stop - now) * _SHRINK
                     if size < _SHORTEST * rows[-1]:
                         raise ConvergenceError(
-                            f"wear: no solution after {now:.6g} cycles; the springs do not converge in blocks of {size:.3g} cycles; give fewer cycles, or smooth the profile"
+                            f"no solution after {now:.6g} cycles; the springs do not converge in blocks of {size:.3g} cycles; give fewer cycles, or smooth the profile"
                         )
                     continue
                 missed += part
@@ -149,19 +149,19 @@ def march(
                 step = _cut(wearing, mesh, state, stop - now)
                 if step is None:
                     raise ConvergenceError(
-                        f"wear: no solution after {now:.6g} cycles; give fewer cycles, or smooth the profile"
+                        f"no solution after {now:.6g} cycles; give fewer cycles, or smooth the profile"
                     )
                 mesh, state = step
             now = stop
             if len(history.blocks) > _MOST_BLOCKS:
                 raise ConvergenceError(
-                    f"wear: {_MOST_BLOCKS} blocks of cycles (the limit) end at {now:.6g} cycles; use fewer cycles"
+                    f"{_MOST_BLOCKS} blocks of cycles (the limit) end at {now:.6g} cycles; use fewer cycles"
                 )
         if state.pressure.size != mesh.rings.size:
             solved = _solve(wearing, mesh, state.worn, 0.0, state)
             if solved is None:
                 raise ConvergenceError(
-                    f"wear: the springs do not converge after {now:.6g} cycles; give fewer cycles, or smooth the profile"
+                    f"the springs do not converge after {now:.6g} cycles; give fewer cycles, or smooth the profile"
                 )
             state = solved
         history.cycles.append(float(target))
@@ -179,7 +179,7 @@ def _start(wearing: Wearing, mesh: Mesh) -> State:
     solved = _solve(wearing, mesh, state.worn, 0.0, state)
     if solved is None:
         raise ConvergenceError(
-            "wear: the springs of the contact before wear do not converge; name the radii where the profile is not smooth as breakpoints"
+            "the springs of the contact before wear do not converge; name the radii where the profile is not smooth as breakpoints"
         )
     return solved
 

@@ -217,7 +217,7 @@ def binned(rings: Rings, periodic: bool, highest: float, steepness: float) -> Bi
     if not used.any():
         shortest, longest = (metres(2.0 * math.pi / float(end)) for end in (q[-1], max(first, q[0])))
         raise ProblemError(
-            f"power_spectrum: the heights contain no waves from {shortest} to {longest}; measure a larger patch, or with smaller pixels"
+            f"the heights contain no waves from {shortest} to {longest}; measure a larger patch, or with smaller pixels"
             + ("" if periodic else ", or pass periodic=True if the patch is one period")
         )
     log_q, n = rings.log_q[used], rings.waves[used]

@@ -195,4 +195,4 @@ def graded_table(
 
 def _described(x: float, value: float) -> str:
     """Text of a value of the function, for messages."""
-    return f"graded_table: f({x!r}) = {value!r}"
+    return f"f({x!r}) = {value!r}"

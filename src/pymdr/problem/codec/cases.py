@@ -162,7 +162,7 @@ def decode_press(plain: Mapping[str, Any]) -> PressCase:
                 f"[surface] {unknown[0]} = {shown(surface[unknown[0]])}: unknown key; measured heights have {', '.join(MEASURED)}"
             )
     elif "punch" in plain:
-        raise CaseError("punch: a random surface is always a punch; leave the key out")
+        raise CaseError("a random surface is always a punch; leave the key out")
     else:
         decode_rough(plain)
         if "ball" in plain:

@@ -65,11 +65,11 @@ def register(kind: str, cls: type) -> None:
     >>> register("cone", Sphere)
     Traceback (most recent call last):
         ...
-    pymdr.errors.ProblemError: register: the kind 'cone' belongs to Cone; choose another name
+    pymdr.errors.ProblemError: the kind 'cone' belongs to Cone; choose another name
     """
     if not isinstance(kind, str) or not re.fullmatch("[a-z][a-z0-9_]*", kind):
         raise ProblemError(
-            f"register: kind = {shown(kind)}; use lower-case letters, digits and underscores, such as 'quartic'"
+            f"kind = {shown(kind)}; use lower-case letters, digits and underscores, such as 'quartic'"
         )
     table = TABLES[_family(cls)]
     _refuse_class(cls)
@@ -77,10 +77,10 @@ def register(kind: str, cls: type) -> None:
     again = taken is not None and (taken.__module__, taken.__qualname__) == (cls.__module__, cls.__qualname__)
     if kind in (*kinds(), *_NOT_KINDS) and not again:
         state = f"belongs to {taken.__name__}" if taken is not None else "is reserved"
-        raise ProblemError(f"register: the kind {kind!r} {state}; choose another name")
+        raise ProblemError(f"the kind {kind!r} {state}; choose another name")
     if KIND_OF.get(cls, kind) != kind:
         raise ProblemError(
-            f"register: {cls.__name__} is already registered as {KIND_OF[cls]!r}; register every class once"
+            f"{cls.__name__} is already registered as {KIND_OF[cls]!r}; register every class once"
         )
     if taken is not None:
         del KIND_OF[taken]
@@ -165,7 +165,7 @@ def _family(cls: Any) -> str:
             if issubclass(cls, base):
                 return table
     raise ProblemError(
-        f"register: {shown(cls)} is not a class of profiles, bodies, rheologies or adhesion laws; write class Quartic(Profile) "
+        f"{shown(cls)} is not a class of profiles, bodies, rheologies or adhesion laws; write class Quartic(Profile) "
         "with gap and gap_slope, class Own(Material), class Own(Rheology) or class Own(AdhesionLaw)"
     )
 
@@ -175,16 +175,14 @@ def _refuse_class(cls: Any) -> None:
     declared = cls.__dict__.get("__dataclass_params__")
     if declared is None or not declared.frozen or declared.eq:
         raise ProblemError(
-            f"register: {cls.__name__} must be frozen and compared by content; declare it with "
+            f"{cls.__name__} must be frozen and compared by content; declare it with "
             "@dataclass(frozen=True, eq=False)"
         )
     for f in fields(cls):
         if f.name in _NOT_FIELDS:
-            raise ProblemError(
-                f"register: {cls.__name__}.{f.name} is a reserved key of files; choose another name"
-            )
+            raise ProblemError(f"{cls.__name__}.{f.name} is a reserved key of files; choose another name")
         if not isinstance(inspect.getattr_static(cls, f.name, None), SIField | OptionalArrayField):
             raise ProblemError(
-                f"register: {cls.__name__}.{f.name} is not a quantity; declare it as "
+                f"{cls.__name__}.{f.name} is not a quantity; declare it as "
                 f"{f.name}: SIField = SIField('m', above=0)"
             )

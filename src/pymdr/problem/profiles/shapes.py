@@ -334,7 +334,7 @@ class Sampled2D(Shape):
         -------
         Sampled2D
         """
-        as_topography(topography, "Sampled2D.of")
+        as_topography(topography)
         return cls(topography.heights, topography.size)
 
     @cached_property

@@ -43,7 +43,7 @@ class Topography(Heights):
     tip_cutoff = resolution.tip_cutoff
 
 
-def as_topography(topography: object, caller: str) -> Topography:
+def as_topography(topography: object) -> Topography:
     """
     Check that a value is a topography.
 
@@ -53,7 +53,5 @@ def as_topography(topography: object, caller: str) -> Topography:
         If it is not.
     """
     if not isinstance(topography, Topography):
-        raise ProblemError(
-            f"{caller}: {shown(topography)} is not a Topography; write Topography(heights, size)"
-        )
+        raise ProblemError(f"{shown(topography)} is not a Topography; write Topography(heights, size)")
     return topography

@@ -47,12 +47,12 @@ class Heights(Value):
         if not isinstance(self.steps, tuple) or not all(isinstance(step, str) for step in self.steps):
             raise ProblemError(f"Topography.steps = {shown(self.steps)}: a tuple of texts is needed")
 
-    def complete(self, caller: str) -> FloatArray:
+    def complete(self) -> FloatArray:
         """The heights; refused if some are missing."""
         count = int(np.count_nonzero(self.missing))
         if count:
             raise ProblemError(
-                f"{caller}: {count} of {self.heights.size} heights are missing; fill them with topography.fill_missing('interpolate'), or "
+                f"{count} of {self.heights.size} heights are missing; fill them with topography.fill_missing('interpolate'), or "
                 "crop to the measured part with topography.fill_missing('crop')"
             )
         return self.heights

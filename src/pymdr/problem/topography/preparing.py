@@ -49,7 +49,7 @@ def detrend(topography: Surface, trend: str) -> Surface:
     ('a plane subtracted, of slope 0.003 along x and -0.001 along y',)
     """
     if not isinstance(trend, str) or trend not in TRENDS:
-        raise ProblemError(f"detrend: trend = {shown(trend)}; it must be one of {', '.join(TRENDS)}")
+        raise ProblemError(f"trend = {shown(trend)}; it must be one of {', '.join(TRENDS)}")
     scale = float(topography.size.max())
     x = (topography.x - 0.5 * topography.size[0])[:, None] / scale
     y = (topography.y - 0.5 * topography.size[1])[None, :] / scale
@@ -71,7 +71,7 @@ def detrend(topography: Surface, trend: str) -> Surface:
     sides = np.array([float(np.sum(column * heights)) for column in masked])
     if np.linalg.matrix_rank(matrix, hermitian=True) < len(columns):
         raise ProblemError(
-            f"detrend: {int(known.sum())} known heights do not determine a {trend}; use a trend of lower order"
+            f"{int(known.sum())} known heights do not determine a {trend}; use a trend of lower order"
         )
     terms = np.linalg.solve(matrix, sides)
     surface: FloatArray = middle + np.asarray(
@@ -141,7 +141,7 @@ def fill_missing(topography: Surface, remedy: str) -> Surface:
     (5, 2)
     """
     if not isinstance(remedy, str) or remedy not in REMEDIES:
-        raise ProblemError(f"fill_missing: remedy = {shown(remedy)}; it must be one of {', '.join(REMEDIES)}")
+        raise ProblemError(f"remedy = {shown(remedy)}; it must be one of {', '.join(REMEDIES)}")
     count, total = int(np.count_nonzero(topography.missing)), topography.heights.size
     if count == 0:
         return topography
@@ -150,14 +150,12 @@ def fill_missing(topography: Surface, remedy: str) -> Surface:
         rows, columns = _largest_rectangle(~topography.missing)
         part = topography.heights[rows, columns]
         if min(part.shape) < 2:
-            raise ProblemError(
-                f"fill_missing: {text}, so no complete rectangle of 2 x 2 remains; use 'interpolate'"
-            )
+            raise ProblemError(f"{text}, so no complete rectangle of 2 x 2 remains; use 'interpolate'")
         size = topography.spacing * part.shape
         step = f"{text}, cropped to {part.shape[0]} x {part.shape[1]} from ({rows.start}, {columns.start}) on"
         return replace(topography, heights=part, size=size, steps=(*topography.steps, step))
     if 2 * count > total:
-        raise ProblemError(f"fill_missing: {text}, more than half; use 'crop'")
+        raise ProblemError(f"{text}, more than half; use 'crop'")
     return replace(
         topography,
         heights=_continued(topography.heights, topography.spacing),

@@ -49,10 +49,10 @@ def tip_cutoff(topography: Heights, tip_radius: QuantityLike) -> float:
     >>> wave.tip_cutoff(1.0), wave.tip_cutoff(10.0)
     (2.0, 18.0)
     """
-    heights = topography.complete("tip_cutoff")
+    heights = topography.complete()
     radius = to_si(tip_radius, "m", name="tip_radius")
     if not radius > 0.0:
-        raise ProblemError(f"tip_cutoff: tip_radius = {shown(tip_radius)}; it must be above 0 m")
+        raise ProblemError(f"tip_radius = {shown(tip_radius)}; it must be above 0 m")
     return max(
         _cutoff(heights if axis == 0 else heights.T, float(step), radius)
         for axis, step in enumerate(topography.spacing)
@@ -71,7 +71,7 @@ def _cutoff(heights: FloatArray, step: float, radius: float) -> float:
     while not resolved(high):
         if high == most:
             raise ProblemError(
-                f"tip_cutoff: a tip of radius {metres(radius)} resolves no wave of this surface up to {metres(2 * most * step)}; "
+                f"a tip of radius {metres(radius)} resolves no wave of this surface up to {metres(2 * most * step)}; "
                 "check the radius and the units of heights and sides"
             )
         low, high = high, min(2 * high, most)

@@ -69,7 +69,7 @@ def orient(curve: Samples, signs: Mapping[str, Fact] | None = None, *, keep: boo
     for word in ("force", name):
         if signs.get(word) not in (1.0, -1.0):
             raise ProblemError(
-                f"orient: the sign of {word} is {signs.get(word)!r}; give 1 or -1, for example hold.orient(approach.orient().step.numbers)"
+                f"the sign of {word} is {signs.get(word)!r}; give 1 or -1, for example hold.orient(approach.orient().step.numbers)"
             )
     turned = [word for word in ("force", name) if signs[word] == -1.0]
     meaning = "compression is positive and the position grows toward the body"
@@ -150,9 +150,7 @@ def to_indentation(curve: Samples) -> Samples:
     1e-06
     """
     if curve.travel is None or curve.spring_constant is None:
-        raise ProblemError(
-            "to_indentation: the curve already has its indentation; only a curve over travel has a deflection"
-        )
+        raise ProblemError("the curve already has its indentation; only a curve over travel has a deflection")
     lag = float(np.ptp(curve.force)) / curve.spring_constant
     return replace(
         curve,
@@ -190,7 +188,7 @@ def recalibrate(curve: Samples, spring_constant: QuantityLike) -> Samples:
     """
     if curve.spring_constant is None:
         raise ProblemError(
-            "recalibrate: the curve has no spring constant; only a force from a deflection can be recalibrated"
+            "the curve has no spring constant; only a force from a deflection can be recalibrated"
         )
     new = to_si(spring_constant, "N/m", name="spring_constant")
     if not new > 0.0:
@@ -278,11 +276,11 @@ def join(curve: Samples, *others: Samples) -> Samples:
     for name in ("spring_constant", "metadata"):
         if any(getattr(one, name) != getattr(first, name) for one in parts):
             raise ProblemError(
-                f"join: the curves differ in {name.replace('_', ' ')}: they are not of one record; join the segments of each record separately"
+                f"the curves differ in {name.replace('_', ' ')}: they are not of one record; join the segments of each record separately"
             )
     for name in ("time", "travel", "indentation"):
         if len({getattr(one, name) is None for one in parts}) > 1:
-            raise ProblemError(f"join: only some of the curves have {name}; give all or none")
+            raise ProblemError(f"only some of the curves have {name}; give all or none")
 
     def whole(name: str) -> FloatArray | None:
         columns = [getattr(one, name) for one in parts]

@@ -56,7 +56,7 @@ def remembered(contact: Contact, deepest: float, tangential: bool, springs: int 
         return _relaxing(contact, deepest, SPRINGS if springs is None else springs, tangential)
     if springs is not None and not tangential:
         raise ProblemError(
-            "export_law: springs= is for bodies with memory and for friction in the plane; give tangential=True with it, or leave it out"
+            "springs= is for bodies with memory and for friction in the plane; give tangential=True with it, or leave it out"
         )
     if contact.adhesion is not None and contact.adhesion.has_hysteresis and not tangential:
         return _resting(contact, deepest)
@@ -76,11 +76,11 @@ def _coefficient(contact: Contact, in_springs: bool) -> float:
     friction = None if contact.friction is None else contact.friction.coefficient
     if friction is None or not friction > 0.0:
         raise ProblemError(
-            "export_law: tangential=True: a coefficient of friction above 0 is needed; give Contact(..., friction=Coulomb(0.3))"
+            "tangential=True: a coefficient of friction above 0 is needed; give Contact(..., friction=Coulomb(0.3))"
         )
     if friction == math.inf and in_springs:
         raise ProblemError(
-            "export_law: tangential=True: springs in the plane or with memory need a finite coefficient of friction in headers; give a large one, "
+            "tangential=True: springs in the plane or with memory need a finite coefficient of friction in headers; give a large one, "
             "such as Coulomb(1e6), or leave springs out"
         )
     return friction
@@ -115,7 +115,7 @@ def _relaxing(contact: Contact, deepest: float, springs: int, tangential: bool) 
     if isinstance(moved, ShearedContacts):
         if relaxation.viscosity > 0.0:
             raise ProblemError(
-                "export_law: tangential=True: a parallel dashpot with friction is not in headers; give a rheology that has a sudden modulus, or "
+                "tangential=True: a parallel dashpot with friction is not in headers; give a rheology that has a sudden modulus, or "
                 "use Stepper"
             )
         history = ShearedInC(pressed, _springs_in_c(moved.relaxation, table), friction, PARTS)
@@ -158,7 +158,7 @@ def _resting(contact: Contact, deepest: float) -> Remembered:
     ahead, back, edge = moved.both
     if ahead[0, at.BRANCHES] != 2 or back[0, at.BRANCHES] != 2:
         raise ProblemError(
-            "export_law: the contact jumps while its edge moves, which headers of two works do not have; use Stepper, or a smoother profile"
+            "the contact jumps while its edge moves, which headers of two works do not have; use Stepper, or a smoother profile"
         )
     works, receding = lines.works, lines.receding.equilibria
     rims = [

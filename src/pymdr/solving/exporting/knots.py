@@ -93,7 +93,7 @@ def adapted(sample: Sample, marks: FloatArray, error: Error, tolerance: float) -
         bad = ~(np.max(errors, axis=1) <= _FRACTION * tolerance)
         if x.size + np.count_nonzero(bad) > _MOST:
             raise ConvergenceError(
-                f"export_law: {_MOST} knots have an error of {np.nanmax(errors):.2g} (limit {tolerance:g}, the tolerance); "
+                f"{_MOST} knots have an error of {np.nanmax(errors):.2g} (limit {tolerance:g}, the tolerance); "
                 "the law is rough at this scale: use a larger tolerance, or smooth the profile"
             )
         settled[wide[~bad]] = True

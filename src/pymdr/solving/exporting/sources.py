@@ -275,7 +275,7 @@ def _closing(sample: Sample, last: float, tolerance: float) -> tuple[float, floa
             return float(u[max(small[0], 1)]), power, radius_power
     at = int(np.searchsorted(-u, -(u[-1] + _KNOWN * math.log(10.0))))
     raise ConvergenceError(
-        f"export_law: the force is not a power of the depth at the tip: below d = {metres(math.exp(u[at]))} it differs from one by "
+        f"the force is not a power of the depth at the tip: below d = {metres(math.exp(u[at]))} it differs from one by "
         f"{deviation[at]:.2g} (limit a quarter of the tolerance of {tolerance:g}); use a larger tolerance"
     )
 
@@ -309,7 +309,7 @@ def _from_fold(line: AdhesiveLine, to: float, tolerance: float) -> Source:
     for passage, text in ((press, "pressed in"), (pull, "pulled out")):
         if passage.begin.size > 1:
             raise ProblemError(
-                f"export_law: the contact jumps {passage.begin.size - 1} times while it is {text}, so its force is not a function "
+                f"the contact jumps {passage.begin.size - 1} times while it is {text}, so its force is not a function "
                 "of the depth; use solve(...), a smoother profile or a smaller work of adhesion"
             )
     begin, end = pull.last, press.last

@@ -124,7 +124,7 @@ def export_law(
             break
     else:
         raise ConvergenceError(
-            f"export_law: the {quantity(worst).long_name} has an error of {errors[worst]:.2g} between the knots (limit "
+            f"the {quantity(worst).long_name} has an error of {errors[worst]:.2g} between the knots (limit "
             f"{tolerance:g}, the tolerance); use a larger tolerance, or smooth the profile"
         )
     pull_off = None if contact.adhesion is None else elastic_pull_off(alone, pressed_to=deepest)
@@ -149,20 +149,20 @@ def export_law(
 def _depth(to: QuantityLike) -> float:
     deepest = to_si(to, "m", name="to")
     if not deepest > 0.0:
-        raise ProblemError(f"export_law: to = {shown(to)}; the largest indentation must be above 0 m")
+        raise ProblemError(f"to = {shown(to)}; the largest indentation must be above 0 m")
     return float(within_range(deepest, "m", "to", size=True))
 
 
 def check_lawful(contact: Contact, tolerance: float) -> None:
     """Refuse contacts without a law of the depth alone, or without a radius."""
-    require_contact(contact, "export_law")
+    require_contact(contact)
     if (
         isinstance(tolerance, bool)
         or not isinstance(tolerance, int | float)
         or not _TIGHTEST <= tolerance <= _LOOSEST
     ):
         raise ProblemError(
-            f"export_law: tolerance = {shown(tolerance)}; a number from {_TIGHTEST:g} to {_LOOSEST:g} is needed, such as 1e-6"
+            f"tolerance = {shown(tolerance)}; a number from {_TIGHTEST:g} to {_LOOSEST:g} is needed, such as 1e-6"
         )
     for refused, why in (
         (
@@ -199,7 +199,7 @@ def check_lawful(contact: Contact, tolerance: float) -> None:
         ),
     ):
         if refused:
-            raise ProblemError(f"export_law: {why}")
+            raise ProblemError(why)
 
 
 def _solved(contact: Contact, depths: FloatArray) -> Result:
@@ -214,7 +214,7 @@ def _solved(contact: Contact, depths: FloatArray) -> Result:
         at = result.data["indentation"].values[~claim.where]
         below = depths[depths < np.nanmin(at)] if np.isfinite(at).any() else depths[:0]
         remedy = f"; it is a disk up to d = {metres(below[-1])}: export up to there" if below.size else ""
-        raise RefusedError(f"export_law: the contact is not a disk at every depth: {claim.reason}{remedy}")
+        raise RefusedError(f"the contact is not a disk at every depth: {claim.reason}{remedy}")
     return result
 
 

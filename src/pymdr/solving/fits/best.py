@@ -221,7 +221,7 @@ def _quick_start(search: Search, rungs: int | None = None) -> tuple[Start, Float
         fitted = fit_by_family(replace(request, ladder=None), axes, stretch).columns
     if fitted["ending"][0] == NO_CONTACT:
         raise ProblemError(
-            f"fit: the record shows no contact: a constant force increases the sum of squares by less than {SEEN:g} variances of "
+            f"the record shows no contact: a constant force increases the sum of squares by less than {SEEN:g} variances of "
             f"the noise; {soft_machine_text(stretch.place[0], stretch.force[0], float(stretch.softness[0]))}{_turned_text(search)}press deeper, {_more_samples_text(search)}mark outliers (curve.mark_outliers()), or check the signs with curve.orient()"
         )
     if fitted["ending"][0] == AT_END:
@@ -278,7 +278,7 @@ def _refuse_beyond_layers(request: FitRequest, axes: FamilyAxes, stretch: Stretc
     tried = whole_ladder(request.contact, number, float(depth_ranges(stretch)[0]))
     low, high = (written(number.from_free(free), number.unit, 4) for free in (tried.first, tried.last))
     raise ProblemError(
-        f"fit: the best {number.name} is not between {low} and {high}, a tenth and ten times its start; start nearer to it, give bounds in "
+        f"the best {number.name} is not between {low} and {high}, a tenth and ten times its start; start nearer to it, give bounds in "
         "free, or leave it out of free; if it diverges, the record determines only its combination with the modulus, or needs another law"
     )
 
@@ -308,7 +308,7 @@ def refuse_few(search: Search, models: Sequence[Modelled]) -> None:
     needed = fewest_in_contact(len(search.unknowns), len(search.curves))
     if pressed < needed:
         raise ProblemError(
-            f"fit: {pressed} samples of the record are in contact (limit {needed} for {', '.join(u.name for u in search.unknowns)} and the "
+            f"{pressed} samples of the record are in contact (limit {needed} for {', '.join(u.name for u in search.unknowns)} and the "
             "contact point); record more of the contact, or give contact_point"
         )
 
@@ -373,6 +373,6 @@ def refuse_unseen(search: Search, misfit: float, best: FloatArray) -> None:
             else "move the bodies over a larger distance, or add their moduli to free"
         )
         raise ProblemError(
-            f"fit: the record shows no {effect} of this contact: without it the sum of squares grows by {max(grows, 0.0):.2g} variances of "
+            f"the record shows no {effect} of this contact: without it the sum of squares grows by {max(grows, 0.0):.2g} variances of "
             f"the noise (limit {SEEN:g}); {instead}"
         )

@@ -152,12 +152,12 @@ def compare_laws(
     """
     if not isinstance(contacts, Mapping) or len(contacts) < 2:
         raise ProblemError(
-            "compare_laws: at least two laws are needed, such as {'Hertz': Contact(...), 'JKR': Contact(...)}"
+            "at least two laws are needed, such as {'Hertz': Contact(...), 'JKR': Contact(...)}"
         )
     known = {"contact_point": contact_point, "shift_origin": shift_origin, "baseline": baseline}
     fits, refusals = _fits_of(contacts, curve, free, known)
     if not fits:
-        raise ProblemError(f"compare_laws: no law can be fitted: {'; '.join(refusals.values())}")
+        raise ProblemError(f"no law can be fitted: {'; '.join(refusals.values())}")
     against = {name: judged(one) for name, one in fits.items()}
     used = np.logical_and.reduce([one.used for one in against.values()])
     n = used.sum() / min(one.correlated for one in fits.values())
@@ -195,7 +195,7 @@ def _fits_of(
         taken = [key for key in free if key in own or key == TILT]
         if not own.intersection(taken):
             raise ProblemError(
-                f"compare_laws: {name} has none of the parameters {', '.join(free)}; leave this law out, or free one of its parameters"
+                f"{name} has none of the parameters {', '.join(free)}; leave this law out, or free one of its parameters"
             )
         try:
             fits[name] = fit(

@@ -49,7 +49,7 @@ def refuse_equal_works(search: Search, free: FloatArray) -> None:
     advancing, receding = law.works
     if receding <= advancing * (1.0 + _EQUAL):
         raise ProblemError(
-            f"fit: the record shows no hysteresis of adhesion: both works are {written(advancing, 'J/m^2', 4)} at the best fit; fit JKR(work) without "
+            f"the record shows no hysteresis of adhesion: both works are {written(advancing, 'J/m^2', 4)} at the best fit; fit JKR(work) without "
             "work_receding"
         )
 
@@ -97,7 +97,7 @@ def _undetermined_text(search: Search, free: FloatArray, undetermined: BoolArray
     )
     verb, pronoun = ("has", "it") if len(unseen) == 1 else ("have", "them")
     return (
-        f"fit: {names} {verb} no effect on the record; the best fit has {', '.join(unseen)}{rest}; leave {names} out of free, or use a contact "
+        f"{names} {verb} no effect on the record; the best fit has {', '.join(unseen)}{rest}; leave {names} out of free, or use a contact "
         f"without {pronoun}"
     )
 
@@ -116,7 +116,7 @@ def _combination_text(search: Search, free: FloatArray, direction: FloatArray) -
     values, _ = search.from_free(free)
     moving = [i for i in range(direction.size) if abs(direction[i]) > 1e-3]
     names = [search.unknowns[i].name for i in moving]
-    text = f"fit: the record cannot distinguish {' and '.join(names)}"
+    text = f"the record cannot distinguish {' and '.join(names)}"
     record = search.curves[0]
     if isinstance(record, ShearRecord):
         stiffness, load = record.stuck(put_into(search.contact, search.unknowns, values))

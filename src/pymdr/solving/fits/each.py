@@ -185,12 +185,10 @@ def fit_each(
     if not isinstance(curves, Mapping) or not curves:
         first = next(iter(unread.items()), None)
         why = f"; the first of {len(unread)} excluded: {first[0]}: {first[1]}" if first else ""
-        raise ProblemError(f"fit_each: no record can be fitted{why}")
+        raise ProblemError(f"no record can be fitted{why}")
     of_group = dict.fromkeys((*curves, *unread), "all") if groups is None else dict(groups)
     if missing := [name for name in curves if name not in of_group]:
-        raise ProblemError(
-            f"fit_each: {missing[0]!r} has no group ({len(missing)} records); give one for each"
-        )
+        raise ProblemError(f"{missing[0]!r} has no group ({len(missing)} records); give one for each")
     fits: dict[str, FitResult] = {}
     reasons = {**dict.fromkeys(curves, ""), **unread}
     for i, (name, curve) in enumerate(curves.items()):
@@ -202,7 +200,7 @@ def fit_each(
             reasons[name] = str(error)
     if not fits:
         name = next(iter(curves))
-        raise ProblemError(f"fit_each: none of {len(curves)} records can be fitted; {name}: {reasons[name]}")
+        raise ProblemError(f"none of {len(curves)} records can be fitted; {name}: {reasons[name]}")
     reasons |= {
         name: "; ".join(one.quality.faults()) for name, one in fits.items() if one.quality is not None
     }

@@ -74,7 +74,7 @@ def onset(contact: Contact, curve: MeasuredCurve) -> tuple[float, float]:
     first = int(np.argmax(felt))
     if first < _FEWEST:
         raise ProblemError(
-            f"fit: the record begins in contact, or its baseline is tilted: sample {first + 1} differs by {newtons(float(curve.force[first]) - level)} from the level "
+            f"the record begins in contact, or its baseline is tilted: sample {first + 1} differs by {newtons(float(curve.force[first]) - level)} from the level "
             f"of the first samples, and {_FEWEST} samples out of contact are needed, because the adhesive force depends on what was before; give the "
             "approach too, or level the record by prepare()"
         )

@@ -154,7 +154,7 @@ def _shape_forces(contact: Contact, shape: Shape) -> ShapeForces:
     law = shape_law(shape)
     if not law.known:
         raise ProblemError(
-            f"fit: the force of {type(shape).__name__} is only bounded and estimated; fit a Pyramid or an EllipticParaboloid, or "
+            f"the force of {type(shape).__name__} is only bounded and estimated; fit a Pyramid or an EllipticParaboloid, or "
             "azimuthal_mean(shape), whose force is a lower bound"
         )
     return ShapeForces(law, effective_moduli(contact.body, contact.counterbody).normal)

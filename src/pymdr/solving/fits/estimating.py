@@ -340,7 +340,7 @@ def solve_fitted(estimate: Estimate) -> Result:
     if estimate.deepest <= 0.0:
         softness = 0.0 if curve.travel is None or not curve.spring_constant else 1.0 / curve.spring_constant
         raise ProblemError(
-            f"fit: no sample is in contact; {soft_machine_text(curve.position, curve.force, softness)}give contact_point, or a "
+            f"no sample is in contact; {soft_machine_text(curve.position, curve.force, softness)}give contact_point, or a "
             "record with contact"
         )
     return solve(contact, indent(estimate.deepest))
@@ -401,6 +401,6 @@ def checked(curve: MeasuredCurve) -> MeasuredCurve:
     for name, column in (("force", curve.force), ("depth", curve.position)):
         if float(np.ptp(column)) == 0.0:
             raise ProblemError(
-                f"fit: the {name} of the record is constant: it shows no contact; give a record with contact"
+                f"the {name} of the record is constant: it shows no contact; give a record with contact"
             )
     return curve.leave_out_marked() if curve.marked.any() else curve

@@ -320,7 +320,7 @@ def _row(forces: BareForces, deepest: float) -> tuple[FloatArray, FloatArray, fl
         return value, slope, math.inf
     if np.count_nonzero(known) < _LEAST:
         raise ProblemError(
-            f"fit_map: the record has an indentation of {written(deepest, 'm', 4)} (limit {written(forces.end, 'm', 4)}, the end of the profile); "
+            f"the record has an indentation of {written(deepest, 'm', 4)} (limit {written(forces.end, 'm', 4)}, the end of the profile); "
             "extend the profile, or leave out samples far from the contact"
         )
     beyond, stiffness = forces.at(depth)

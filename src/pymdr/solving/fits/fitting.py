@@ -136,7 +136,7 @@ def fit(
     >>> round(result["body.young"].value, 6), round(1e9 * result["contact_point"].value, 6)
     (1000.0, 300.0)
     """
-    require_contact(contact, "fit")
+    require_contact(contact)
     search, marked = _search(
         contact,
         curve,
@@ -172,12 +172,12 @@ def _search(
     )
     if not listed or not all(isinstance(one, kind) for one in listed):
         has = "has friction" if contact.friction is not None else "has no friction"
-        raise ProblemError(f"fit: one or several of these are needed, because the contact {has}: {needed}")
+        raise ProblemError(f"one or several of these are needed, because the contact {has}: {needed}")
     unknowns, known = unknowns_of(contact, without_tilt(free)), origins(given, free)
     if contact.friction is None:
         if given.pop(SHIFT_ORIGIN) is not None:
             raise ProblemError(
-                "fit: shift_origin= is for contacts with friction; force curves have a contact_point"
+                "shift_origin= is for contacts with friction; force curves have a contact_point"
             )
         curves = tuple(one for one in listed if isinstance(one, MeasuredCurve))
         marked = sum(int(one.marked.sum()) for one in curves)
@@ -185,7 +185,7 @@ def _search(
         return Search(contact, unknowns, curves, known), marked
     if given.pop(CONTACT_POINT) is not None or TILT not in known:
         raise ProblemError(
-            "fit: contact_point= and a tilt are for normal forces; records of friction have a shift_origin and a baseline"
+            "contact_point= and a tilt are for normal forces; records of friction have a shift_origin and a baseline"
         )
     records = tuple(shear_record(one) for one in listed if isinstance(one, Dataset))
     used = () if all(one.used.all() for one in records) else tuple(one.used for one in records)

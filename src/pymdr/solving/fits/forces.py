@@ -186,7 +186,7 @@ class AdhesiveForces:
         rises = np.append(True, np.diff(np.maximum.accumulate(travels)) > 0.0)
         if np.count_nonzero(rises) < _LEAST:
             raise ProblemError(
-                f"fit: the search reached an adhesive contact that is unstable at every depth of the record on the machine of "
+                f"the search reached an adhesive contact that is unstable at every depth of the record on the machine of "
                 f"{written(1.0 / compliance, 'N/m', 4)}; check spring_constant and the units of the record, or start nearer to its modulus and work"
             )
         radius, cohesive_radius = (
@@ -305,9 +305,7 @@ def forces_of(
         Resolution of cohesive zones with memory.
     """
     if contact.is_viscoelastic and time is None:
-        raise ProblemError(
-            "fit: a body with memory needs the times of the samples; give time= to MeasuredCurve"
-        )
+        raise ProblemError("a body with memory needs the times of the samples; give time= to MeasuredCurve")
     if contact.has_edge_history:
         return EdgeForces(contact, time, compliance, zone)
     if time is not None and contact.is_viscoelastic:
@@ -355,11 +353,11 @@ def _adhesive(contact: Contact, deepest: float, compliance: float) -> AdhesiveFo
         )
     ):
         raise ProblemError(
-            "fit: the adhesive contact has several stable branches; fits follow contacts that have one"
+            "the adhesive contact has several stable branches; fits follow contacts that have one"
         )
     if np.count_nonzero(rises) < _LEAST:
         raise ProblemError(
-            f"fit: the profile ends before adhesion with {written(line.law.work, 'J/m^2', 4)} keeps a contact; extend the profile"
+            f"the profile ends before adhesion with {written(line.law.work, 'J/m^2', 4)} keeps a contact; extend the profile"
         )
     return AdhesiveForces(
         states_from_fold.indentation[rises],

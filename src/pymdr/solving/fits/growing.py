@@ -117,7 +117,7 @@ def fit_over_indentation(
         raise ProblemError(f"steps = {steps!r} (limits {_LEAST} and {_MOST}); give a whole number")
     if not isinstance(curve, MeasuredCurve) or contact.friction is not None or contact.is_viscoelastic:
         raise ProblemError(
-            "fit_over_indentation: one MeasuredCurve of an elastic contact is needed, because the force of bodies with memory "
+            "one MeasuredCurve of an elastic contact is needed, because the force of bodies with memory "
             "depends on the whole record"
         )
     whole = fit(contact, curve, free, contact_point=contact_point, baseline=baseline)

@@ -60,7 +60,7 @@ class ShearRecord:
         if contact.is_viscoelastic:
             if self.time is None:
                 raise ProblemError(
-                    "fit: a body with memory needs the times of the samples; the record has no time"
+                    "a body with memory needs the times of the samples; the record has no time"
                 )
             return Path(time=self.time - self.time[0], shift=shift, **pressed)
         moved = Path(shift=shift, **pressed)
@@ -101,25 +101,23 @@ def shear_record(data: xr.Dataset) -> ShearRecord:
         missing.append(" or ".join(NORMAL))
     if missing or channel is None:
         raise ProblemError(
-            f"fit: the contact has friction, but the record has no {' and no '.join(missing)}; its columns are "
+            f"the contact has friction, but the record has no {' and no '.join(missing)}; its columns are "
             f"{', '.join(map(str, data.variables)) or 'none'}"
         )
     columns = {name: _column(data, name) for name in ("shift", "tangential_force", channel)}
     n = columns["shift"].size
     if n < _LEAST:
-        raise ProblemError(f"fit: the record has {n} sample{'s' * (n != 1)}; at least {_LEAST} are needed")
+        raise ProblemError(f"the record has {n} sample{'s' * (n != 1)}; at least {_LEAST} are needed")
     if float(np.ptp(columns["shift"])) == 0.0:
-        raise ProblemError(
-            "fit: the shift of the record does not change; give a record of a contact that moves"
-        )
+        raise ProblemError("the shift of the record does not change; give a record of a contact that moves")
     if not float(np.max(columns[channel])) > 0.0:
         raise ProblemError(
-            f"fit: {channel} of the record is never above 0 {_UNITS[channel]}; press the bodies together"
+            f"{channel} of the record is never above 0 {_UNITS[channel]}; press the bodies together"
         )
     used = np.asarray(data["used"].values, dtype=bool) if "used" in data else np.ones(n, dtype=bool)
     if used.shape != (n,) or not used.any():
         raise ProblemError(
-            "fit: 'used' of the record must be true or false at each sample, and true at one or more"
+            "'used' of the record must be true or false at each sample, and true at one or more"
         )
     return ShearRecord(
         columns["shift"],
@@ -135,7 +133,7 @@ def _column(data: xr.Dataset, name: Hashable) -> FloatArray:
     array, unit = data[name], _UNITS[str(name)]
     if array.ndim != 1 or array.dims != data["shift"].dims:
         raise ProblemError(
-            f"fit: {name} of the record has the dimensions {', '.join(map(str, array.dims)) or 'none'}, and shift "
+            f"{name} of the record has the dimensions {', '.join(map(str, array.dims)) or 'none'}, and shift "
             f"{', '.join(map(str, data['shift'].dims)) or 'none'}; give both over the same dimension, such as step"
         )
     own = array.attrs.get("units", unit)
@@ -143,9 +141,9 @@ def _column(data: xr.Dataset, name: Hashable) -> FloatArray:
         values = np.asarray(array.values, dtype=float) * to_si(f"1 {own}", unit, name=str(name))
     except (UnitError, TypeError, ValueError) as error:
         raise ProblemError(
-            f"fit: {name} of the record has the units {shown(own)}; units compatible with {unit} are needed"
+            f"{name} of the record has the units {shown(own)}; units compatible with {unit} are needed"
         ) from error
     if not np.isfinite(values).all():
         row = int(np.argmin(np.isfinite(values))) + 1
-        raise ProblemError(f"fit: {name} of the record is missing in row {row}; leave such rows out")
+        raise ProblemError(f"{name} of the record is missing in row {row}; leave such rows out")
     return values

@@ -250,7 +250,7 @@ def fit_map(
     >>> result["body.young"].values.round(3).tolist()
     [1000.0, 2000.0]
     """
-    require_contact(contact, "fit_map")
+    require_contact(contact)
     checked_workers(workers)
     records = records_of(curves)
     total = math.prod(records.shape)
@@ -293,7 +293,7 @@ def _request(
     """The request of a map, checked."""
     if contact.friction is not None:
         raise ProblemError(
-            "fit_map: the contact has friction, which does not affect force curves; leave friction out, or pass each record of "
+            "the contact has friction, which does not affect force curves; leave friction out, or pass each record of "
             "tangential force and shift to fit"
         )
     known = origins({CONTACT_POINT: contact_point, BASELINE: baseline}, free)
@@ -332,9 +332,7 @@ def _interpreted(request: FitRequest, records: Records, fitted: FittedStretch) -
             claims, assumed = deepest.claims, deepest.assumptions
         notes += _uncertainty_notes(request, columns, fits)
     elif np.any(columns["ending"] == TOO_FEW):
-        raise ProblemError(
-            f"fit_map: no curve is fitted: {'; '.join(sorted(fitted.refusals)[:_SHOWN_REFUSALS])}"
-        )
+        raise ProblemError(f"no curve is fitted: {'; '.join(sorted(fitted.refusals)[:_SHOWN_REFUSALS])}")
     for name, limit, text in (
         (
             WAVES,

@@ -168,9 +168,9 @@ def samples_off_jumps(
 def refuse_unsettled(minimum: Minimum) -> None:
     """Refuse a search that did not converge."""
     if minimum.creeps:
-        raise ConvergenceError(f"fit: the search did not converge: {minimum.message}, or give bounds in free")
+        raise ConvergenceError(f"the search did not converge: {minimum.message}, or give bounds in free")
     if not minimum.settled:
         raise ConvergenceError(
-            f"fit: the search did not converge in {minimum.trials} trials ({minimum.message.rstrip('.')}); check the columns "
+            f"the search did not converge in {minimum.trials} trials ({minimum.message.rstrip('.')}); check the columns "
             "and units of the record and its signs (curve.orient()), or give bounds in free"
         )

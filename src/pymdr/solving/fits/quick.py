@@ -126,7 +126,7 @@ def _fit_ranges(
         if beyond.size:
             fits.ended[beyond] = REFUSED
             refusals.add(
-                f"fit_map: the profile ends at {written(float(end.min()), 'm', 4)} of indentation, and a curve has "
+                f"the profile ends at {written(float(end.min()), 'm', 4)} of indentation, and a curve has "
                 f"{written(float(depths[beyond].max()), 'm', 4)}; extend the profile"
             )
 

@@ -129,7 +129,7 @@ def estimated_within(search: Search, limits: Mapping[str, float]) -> tuple[Estim
         pairs = zip(search.measured, np.split(new, ends[:-1]), strict=True)
         end = estimated(replace(search, curves=tuple(_cut(*pair) for pair in pairs), used=()))
     raise ConvergenceError(
-        f"fit: after {ROUNDS} rounds {moved} samples still enter or leave the fit range; give contact_point, or another range"
+        f"after {ROUNDS} rounds {moved} samples still enter or leave the fit range; give contact_point, or another range"
     )
 
 

@@ -185,7 +185,7 @@ def records_of(curves: Any) -> Records:
     listed = tuple(curves) if isinstance(curves, Sequence) else ()
     if not listed or not all(isinstance(one, MeasuredCurve) for one in listed):
         raise ProblemError(
-            f"fit_map: curves = {shown(curves)}; MeasuredCurves are needed, a dataset of force and travel over a grid and "
+            f"curves = {shown(curves)}; MeasuredCurves are needed, a dataset of force and travel over a grid and "
             f"{SAMPLE}, or the folder of a Zarr store of one"
         )
     return ListedCurves(listed)
@@ -221,15 +221,15 @@ def _stored(data: xr.Dataset) -> StoredCurves:
         missing.append("spring_constant")
     if missing:
         raise ProblemError(
-            f"fit_map: the dataset has no {', no '.join(missing)}; it has {', '.join(map(str, data.variables))}"
+            f"the dataset has no {', no '.join(missing)}; it has {', '.join(map(str, data.variables))}"
         )
     if SAMPLE not in data["force"].dims or len(data["force"].dims) < 2:
         raise ProblemError(
-            f"fit_map: force has the dimensions {', '.join(map(str, data['force'].dims))}; a grid and {SAMPLE} are needed"
+            f"force has the dimensions {', '.join(map(str, data['force'].dims))}; a grid and {SAMPLE} are needed"
         )
     curves = StoredCurves(data)
     if math.prod(curves.shape) == 0 or data.sizes[SAMPLE] == 0:
-        raise ProblemError("fit_map: the dataset has no curve; give at least one")
+        raise ProblemError("the dataset has no curve; give at least one")
     for name, unit in (
         ("force", "N"),
         ("travel", "m"),
@@ -244,7 +244,7 @@ def _stored(data: xr.Dataset) -> StoredCurves:
         stiff = np.asarray(data["spring_constant"].values, dtype=float)
         if np.any(stiff <= 0.0):
             raise ProblemError(
-                f"fit_map: spring_constant has {shown(float(np.nanmin(stiff)))}; it must be above 0, or NaN where there is no curve"
+                f"spring_constant has {shown(float(np.nanmin(stiff)))}; it must be above 0, or NaN where there is no curve"
             )
     return curves
 
@@ -256,16 +256,16 @@ def _refuse_misplaced(data: xr.Dataset, name: str, grid: Sequence[str]) -> None:
     stray = [d for d in stands if d not in (*grid, SAMPLE)]
     if stray:
         raise ProblemError(
-            f"fit_map: {name} has the dimensions {', '.join(stray)}, which force does not have; its dimensions are {', '.join((*grid, SAMPLE))}"
+            f"{name} has the dimensions {', '.join(stray)}, which force does not have; its dimensions are {', '.join((*grid, SAMPLE))}"
         )
     if (SAMPLE in stands) is (name == "spring_constant"):
         dimensions = f"the dimensions {', '.join(stands)}" if stands else "no dimension"
         needed = (
             f"one number, or one over {', '.join(grid)}," if SAMPLE in stands else f"a column over {SAMPLE}"
         )
-        raise ProblemError(f"fit_map: {name} has {dimensions}; {needed} is needed")
+        raise ProblemError(f"{name} has {dimensions}; {needed} is needed")
     if array.dtype.kind not in "fiu":
-        raise ProblemError(f"fit_map: {name} is of the type {array.dtype}; real numbers are needed")
+        raise ProblemError(f"{name} is of the type {array.dtype}; real numbers are needed")
 
 
 def _factor(array: xr.DataArray, name: str, unit: str) -> float:
@@ -274,6 +274,4 @@ def _factor(array: xr.DataArray, name: str, unit: str) -> float:
     try:
         return to_si(f"1 {own}", unit, name=name)
     except UnitError as error:
-        raise ProblemError(
-            f"fit_map: {name} has the units {shown(own)}; those of {unit} are needed"
-        ) from error
+        raise ProblemError(f"{name} has the units {shown(own)}; those of {unit} are needed") from error

@@ -37,7 +37,9 @@ _FOLLOWED_POINTS, _FOLLOWED_COMBINATIONS = 9, 24
 _EDGE_STARTS, _EDGE_COMBINATIONS, _AS_GOOD = 2, 9, 10.0
 """Largest numbers of searches and of combinations for an edge with a history, and the largest ratio of their misfits at the start."""
 _OF_WORK = "J/m^2"
-_NO_CONTACT = "fit: no start of the adhesive contact resembles the record; check the signs of its columns (curve.orient())"
+_NO_CONTACT = (
+    "no start of the adhesive contact resembles the record; check the signs of its columns (curve.orient())"
+)
 _PULLS, _SAME_PULL, _SCALED_AT_ONCE = 5, 0.02, 30.0
 """Number of scalings of works to a measured pull, their relative change at which they end, and the largest factor of one."""
 _WANDERS = 0.05
@@ -117,7 +119,7 @@ def starts(
     best_starts = [start for start in best_starts if math.isfinite(start.misfit)]
     if not best_starts:
         raise ProblemError(
-            f"fit: no start can be computed: {failures[-1] if failures else 'the force does not increase with the depth; check the signs with curve.orient()'}"
+            f"no start can be computed: {failures[-1] if failures else 'the force does not increase with the depth; check the signs with curve.orient()'}"
         )
     return sorted(best_starts, key=lambda start: start.misfit)[:count]
 
@@ -165,7 +167,7 @@ def edge_starts(search: Search, count: int) -> list[list[Start]]:
         if None not in placed:
             complete.append([one for one in placed if one is not None])
     if not complete:
-        raise ProblemError(f"fit: no start can be computed: {failures[-1]}" if failures else _NO_CONTACT)
+        raise ProblemError(f"no start can be computed: {failures[-1]}" if failures else _NO_CONTACT)
     totals = [sum(start.misfit for start in each) for each in complete]
     ranked = [complete[i] for i in np.argsort(totals, kind="stable") if totals[i] <= _AS_GOOD * min(totals)]
     return [list(each) for each in zip(*ranked[: min(count, _EDGE_STARTS)], strict=True)]
@@ -270,7 +272,7 @@ def _sheared_starts(
             baseline = known.get(BASELINE, float(left.mean()))
             best_starts.append(Start(float(((left - baseline) ** 2).sum()), values, origin, baseline))
     if not best_starts:
-        raise ProblemError(f"fit: no start can be computed: {failures[-1]}")
+        raise ProblemError(f"no start can be computed: {failures[-1]}")
     return sorted(best_starts, key=lambda start: start.misfit)[:count]
 
 

@@ -183,7 +183,7 @@ def _mark(request: FitRequest, records: Records, total: int, chunk: int) -> str:
         contact = encode(request.contact)
     except PymdrError as error:
         raise ProblemError(
-            f"fit_map: folder= stores the contact, which cannot be written: {error}; leave folder out, or give the "
+            f"folder= stores the contact, which cannot be written: {error}; leave folder out, or give the "
             "profile as Sampled"
         ) from error
     work = {

@@ -53,7 +53,7 @@ def refuse_untimed(
         end = "below" if value < step else "above"
         limit = step / _BEYOND if value < step else span * _BEYOND
         raise ProblemError(
-            f"fit: {unknown.name} is {end} {written(limit, 's', 3)}, beyond the steps of {written(step, 's', 3)} and the duration of {written(span, 's', 3)} of the record, which determines only "
+            f"{unknown.name} is {end} {written(limit, 's', 3)}, beyond the steps of {written(step, 's', 3)} and the duration of {written(span, 's', 3)} of the record, which determines only "
             f"{_determined_text(kernel.equilibrium, modulus, value, step)}; use a law without it, or give bounds in free"
         )
 

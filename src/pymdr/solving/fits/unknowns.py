@@ -90,10 +90,10 @@ def unknowns_of(contact: Contact, free: Free) -> tuple[Unknown, ...]:
     law = contact.adhesion
     if WORKS[1] in names and law is not None and not law.has_hysteresis:
         raise ProblemError(
-            "fit: adhesion.work_receding is fitted from a start above adhesion.work; give JKR(work=, work_receding=) with a larger work_receding"
+            "adhesion.work_receding is fitted from a start above adhesion.work; give JKR(work=, work_receding=) with a larger work_receding"
         )
     if not names or len(set(names)) < len(names):
-        raise ProblemError(f"fit: free = {shown(free)}; list every unknown once, such as ['body.young']")
+        raise ProblemError(f"free = {shown(free)}; list every unknown once, such as ['body.young']")
     bounds = free if isinstance(free, Mapping) else dict.fromkeys(names)
     return tuple(_unknown(contact, str(name), bounds[name]) for name in names)
 
@@ -102,14 +102,14 @@ def _unknown(contact: Contact, name: str, bounds: ArrayQuantityLike | None) -> U
     parameter = parameter_of(contact, name)
     low, high = _limits(contact, name)
     if bounds is not None:
-        ends = to_si_array(bounds, parameter.unit, name=f"fit: bounds of {name}")
+        ends = to_si_array(bounds, parameter.unit, name=f"bounds of {name}")
         if ends.shape != (2,) or not ends[0] < ends[1]:
-            raise ProblemError(f"fit: bounds of {name} = {shown(bounds)}; an increasing pair is needed")
+            raise ProblemError(f"bounds of {name} = {shown(bounds)}; an increasing pair is needed")
         low, high = max(low, float(ends[0])), min(high, float(ends[1]))
     start = float(np.clip(parameter.value, low, high))
     if not math.isfinite(start):
         raise ProblemError(
-            f"fit: {name} = {parameter.value} of the contact is the start of the search; give a finite number, or leave it out of free"
+            f"{name} = {parameter.value} of the contact is the start of the search; give a finite number, or leave it out of free"
         )
     return Unknown(name, parameter.unit, low, high, start)
 
@@ -134,7 +134,7 @@ def without_tilt(free: Free) -> Free:
     """The unknowns of the contact, without the tilt."""
     if isinstance(free, Mapping):
         if free.get(TILT) is not None:
-            raise ProblemError(f"fit: bounds of {TILT} = {shown(free[TILT])}; it has none: write None")
+            raise ProblemError(f"bounds of {TILT} = {shown(free[TILT])}; it has none: write None")
         return {name: bounds for name, bounds in free.items() if name != TILT}
     return [name for name in ([free] if isinstance(free, str) else free) if name != TILT]
 
@@ -143,9 +143,7 @@ def origins(given: Mapping[str, QuantityLike | None], free: Free) -> dict[str, f
     """The known origins in SI units: the given ones, and a tilt of 0 unless it is unknown."""
     level = {} if TILT in ([free] if isinstance(free, str) else free) else {TILT: 0.0}
     return level | {
-        name: to_si(value, ORIGINS[name], name=f"fit: {name}")
-        for name, value in given.items()
-        if value is not None
+        name: to_si(value, ORIGINS[name], name=name) for name, value in given.items() if value is not None
     }
 
 

@@ -134,7 +134,7 @@ def adhesive(request: ImpactRequest) -> Impact:
     solved = solve(contact, indent(deepest) >> indent(back))
     if not solved.claims["normal_force"].where.all():
         raise RefusedError(
-            f"impact: the contact is not a disk throughout the impact: {solved.claims['normal_force'].reason}"
+            f"the contact is not a disk throughout the impact: {solved.claims['normal_force'].reason}"
         )
     balance = next(a for a in solved.assumptions if a.name == "energy balance")
     events = [Event("touch", 0.0, float(course.depth[0]))]

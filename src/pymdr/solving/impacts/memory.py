@@ -105,7 +105,7 @@ def _halved(target: Target, motion: Motion, mass: float, speed: float) -> Motion
         if motion.rebound_speed > _FAINT * speed:
             raise
         raise ConvergenceError(
-            f"impact: the rebound speed is below the rounding error, about {motion.rebound_speed / speed:.1g} of "
+            f"the rebound speed is below the rounding error, about {motion.rebound_speed / speed:.1g} of "
             f"{written(speed, 'm/s', 6)}: the bodies practically stick; use a lower viscosity, shorter relaxation times or a larger mass"
         ) from error
 

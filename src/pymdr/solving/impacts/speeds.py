@@ -74,16 +74,14 @@ def restitution(contact: Contact, *, mass: QuantityLike, speeds: ArrayQuantityLi
     >>> mdr.restitution(gel, mass="1 mg", speeds=[0.05, 0.1, 0.5])["restitution"].values.round(4).tolist()
     [0.0, 0.4207, 0.9834]
     """
-    require_contact(contact, "restitution")
-    m = above(mass, "kg", "mass", "restitution")
+    require_contact(contact)
+    m = above(mass, "kg", "mass")
     v = np.atleast_1d(to_si_array(speeds, "m/s", name="speeds"))
     if v.ndim != 1 or v.size == 0 or not np.all((v > 0.0) & np.isfinite(v)):
-        raise ProblemError(
-            f"restitution: speeds = {shown(speeds)}; one row of finite speeds above 0 m/s is needed"
-        )
+        raise ProblemError(f"speeds = {shown(speeds)}; one row of finite speeds above 0 m/s is needed")
     for extreme in (v.min(), v.max()):
-        within_range(extreme, "m/s", "restitution: speeds", size=True)
-    coefficient_of(contact, "restitution")
+        within_range(extreme, "m/s", "speeds", size=True)
+    coefficient_of(contact)
     many = _many_elastic if contact.adhesion is None else _many_adhesive
     if contact.plastic is not None:
         many = _many_plastic
@@ -136,7 +134,7 @@ def _claims(contact: Contact, many: _Many) -> tuple[dict[str, Claim], Result]:
     rows = solved.claims["normal_force"].where
     if not rows.all():
         raise RefusedError(
-            f"restitution: the contact is not a disk throughout the impact: {solved.claims['normal_force'].reason}"
+            f"the contact is not a disk throughout the impact: {solved.claims['normal_force'].reason}"
         )
 
     def at_speeds(claim: Claim) -> Claim:

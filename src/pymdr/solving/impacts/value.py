@@ -39,12 +39,12 @@ class ImpactRequest:
         return self.tangential + (self.radius or 0.0) * self.spin
 
 
-def above(value: QuantityLike, unit: str, name: str, prefix: str = "impact") -> float:
+def above(value: QuantityLike, unit: str, name: str) -> float:
     """A number above 0 in a unit, or an error that names it."""
     number = to_si(value, unit, name=name)
     if not 0.0 < number < math.inf:
-        raise ProblemError(f"{prefix}: {name} = {shown(value)}; it must be above 0 {unit} and finite")
-    return float(within_range(number, unit, f"{prefix}: {name}", size=True))
+        raise ProblemError(f"{name} = {shown(value)}; it must be above 0 {unit} and finite")
+    return float(within_range(number, unit, name, size=True))
 
 
 def read(
@@ -58,17 +58,17 @@ def read(
     steps: int,
 ) -> ImpactRequest:
     """Check the arguments; balls are solid by default."""
-    require_contact(contact, "impact")
+    require_contact(contact)
     m, v = above(mass, "kg", "mass"), above(speed, "m/s", "speed")
     tilt = to_si(angle, "rad", name="angle")
     if not 0.0 <= tilt < 0.5 * math.pi:
         raise ProblemError(
-            f"impact: angle = {shown(angle)}; the angle from the normal must be at least 0 and below 90 deg (a plain number is "
+            f"angle = {shown(angle)}; the angle from the normal must be at least 0 and below 90 deg (a plain number is "
             "in rad): at 90 deg the bodies do not meet"
         )
     if not isinstance(steps, int | np.integer) or isinstance(steps, bool) or steps < 8 or steps % 4:
-        raise ProblemError(f"impact: steps = {steps!r}; a multiple of 4 is needed, at least 8")
-    turning = float(within_range(to_si(spin, "rad/s", name="spin"), "rad/s", "impact: spin"))
+        raise ProblemError(f"steps = {steps!r}; a multiple of 4 is needed, at least 8")
+    turning = float(within_range(to_si(spin, "rad/s", name="spin"), "rad/s", "spin"))
     from pymdr.problem.profiles import Paraboloid, Sphere
 
     ball = contact.profile.curvature_radius if type(contact.profile) in (Sphere, Paraboloid) else None
@@ -78,17 +78,15 @@ def read(
         gyration = 0.4 * m * ball * ball
     if arm is None and turning != 0.0:
         raise ProblemError(
-            "impact: spin needs the distance from the centre to the contact point; give radius='10 mm'"
+            "spin needs the distance from the centre to the contact point; give radius='10 mm'"
         )
-    mu = coefficient_of(contact, "impact")
+    mu = coefficient_of(contact)
     if not math.isfinite(mu):
-        raise ProblemError(
-            f"impact: mu = {mu:g}; the coefficient of friction must be finite, for example Coulomb(1)"
-        )
+        raise ProblemError(f"mu = {mu:g}; the coefficient of friction must be finite, for example Coulomb(1)")
     slides = mu > 0.0
     if slides and (tilt > 0.0 or turning != 0.0) and (arm is None or gyration is None):
         raise ProblemError(
-            f"impact: with friction a {type(contact.profile).__name__} needs the moment of inertia about its centre and the "
+            f"with friction a {type(contact.profile).__name__} needs the moment of inertia about its centre and the "
             "distance to the contact point; give inertia='4e-7 kg*m^2' and radius='10 mm' (only spheres and paraboloids of "
             "their own radius have defaults, those of solid balls)"
         )
@@ -96,17 +94,17 @@ def read(
     return ImpactRequest(contact, m, normal, tangential, turning, arm, gyration, int(steps))
 
 
-def coefficient_of(contact: Contact, prefix: str) -> float:
+def coefficient_of(contact: Contact) -> float:
     """The coefficient of friction, 0 without."""
     if contact.layered is not None:
         raise ProblemError(
-            f"{prefix}: impacts on a Layered body are not available: the quasi-static force law ignores waves reflected by the base; "
+            "impacts on a Layered body are not available: the quasi-static force law ignores waves reflected by the base; "
             "solve(...) gives that law, or use Elastic for the body"
         )
     mu = 0.0 if contact.friction is None else contact.friction.coefficient
     if mu > 0.0 and contact.is_viscoelastic:
         raise ProblemError(
-            f"{prefix}: friction (mu = {mu:g}) in impacts of bodies with memory is not available; leave friction out for the normal "
+            f"friction (mu = {mu:g}) in impacts of bodies with memory is not available; leave friction out for the normal "
             "motion, or use Elastic with the modulus at one time"
         )
     return mu

@@ -75,7 +75,7 @@ def map_contact(contact: Contact) -> Springs:
         ),
     ):
         if refused:
-            raise ProblemError(f"move: {why}")
+            raise ProblemError(why)
     return map_to_springs(contact)
 
 

@@ -135,7 +135,7 @@ class Motion(Study):
         name = next(iter(joints), None) if joint is None else joint
         if name not in joints:
             raise QuantityError(
-                f"animate: there is no joint {shown(joint)}; the joints are {', '.join(joints) or 'none'}"
+                f"there is no joint {shown(joint)}; the joints are {', '.join(joints) or 'none'}"
             )
         count = self.data.sizes["step"]
         taken = np.linspace(0, count - 1, min(_FRAMES, count)).round().astype(int).tolist()

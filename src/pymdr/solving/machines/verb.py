@@ -268,7 +268,7 @@ def move(machine: Machine, duration: QuantityLike, *, steps: int = 1000, accurac
     -1.0
     """
     if not isinstance(machine, Machine):
-        raise ProblemError(f"move: {shown(machine)} is not a machine; give Machine(bodies, links)")
+        raise ProblemError(f"{shown(machine)} is not a machine; give Machine(bodies, links)")
     span = checked_span(duration, steps, accuracy)
     system, run = _halved(machine, span, int(steps), float(accuracy))
     return interpret(machine, system, run)
@@ -278,11 +278,11 @@ def checked_span(duration: QuantityLike, steps: int = 1000, accuracy: float = 1e
     """The duration in s of a motion."""
     span = to_si(duration, "s", name="duration")
     if not 0.0 < span < math.inf:
-        raise ProblemError(f"move: duration = {shown(duration)}; it must be above 0 s and finite")
+        raise ProblemError(f"duration = {shown(duration)}; it must be above 0 s and finite")
     if not isinstance(steps, int | np.integer) or isinstance(steps, bool) or not 2 <= steps <= _MOST // 2:
-        raise ProblemError(f"move: steps = {shown(steps)}; a whole number from 2 to {_MOST // 2} is needed")
+        raise ProblemError(f"steps = {shown(steps)}; a whole number from 2 to {_MOST // 2} is needed")
     if not isinstance(accuracy, int | float) or not 1e-12 <= accuracy < 1.0:
-        raise ProblemError(f"move: accuracy = {shown(accuracy)}; it must be at least 1e-12 and below 1")
+        raise ProblemError(f"accuracy = {shown(accuracy)}; it must be at least 1e-12 and below 1")
     return span
 
 
@@ -300,7 +300,7 @@ def _halved(machine: Machine, span: float, rows: int, accuracy: float) -> tuple[
             deepened += 1
             if deepened > _DEEPENINGS:
                 raise PathError(
-                    "move: an indentation grows without bound; check forces, drives and signs of normal="
+                    "an indentation grows without bound; check forces, drives and signs of normal="
                 )
             depths = {contact: 2.0 * depth for contact, depth in depths.items()}
             system, coarse = system_of(machine, mapped, depths), None
@@ -318,7 +318,7 @@ def _halved(machine: Machine, span: float, rows: int, accuracy: float) -> tuple[
         else f"the last halving changed a position by {change:.2g} of its range"
     )
     raise ConvergenceError(
-        f"move: {rows * parts // 2} steps over {written(span, 's')}: {reached}, above accuracy = {accuracy:g}; move for a shorter "
+        f"{rows * parts // 2} steps over {written(span, 's')}: {reached}, above accuracy = {accuracy:g}; move for a shorter "
         "duration, or give a larger accuracy (a chaotic motion never converges)"
     )
 
@@ -332,7 +332,7 @@ def _first_parts(system: System, span: float, rows: int) -> int:
     needed = largest * span / rows / _FIRST
     if needed * rows > _MOST:
         raise ConvergenceError(
-            f"move: {written(span, 's')} are {largest * span / (2.0 * math.pi):.3g} periods of the fastest spring or wave, more than "
+            f"{written(span, 's')} are {largest * span / (2.0 * math.pi):.3g} periods of the fastest spring or wave, more than "
             f"{_MOST} steps resolve; move for a shorter duration"
         )
     return int(2 ** math.ceil(math.log2(max(needed, 1.0))))

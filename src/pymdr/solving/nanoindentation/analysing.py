@@ -85,12 +85,12 @@ def common_priors(white: Sequence[float]) -> list[float]:
     return white_priors(np.array(white), 0.5).tolist() if len(white) > 1 else [0.5]
 
 
-def whiteness(record: Record, frame: float, limits: tuple[float, float], who: str) -> float:
+def whiteness(record: Record, frame: float, limits: tuple[float, float]) -> float:
     """Probability that the noise of an unloading is white, by its own rows."""
-    return fitted_power(unloading_of(record, frame, limits, who), who).errors.white
+    return fitted_power(unloading_of(record, frame, limits)).errors.white
 
 
-def evaluated(record: Record, settings: Settings, who: str, prior: float = 0.5) -> Indent:
+def evaluated(record: Record, settings: Settings, prior: float = 0.5) -> Indent:
     """
     Evaluate one indent by the power law of Oliver and Pharr, and by the effective shape of its unloading.
 
@@ -99,36 +99,34 @@ def evaluated(record: Record, settings: Settings, who: str, prior: float = 0.5) 
     record : Record
         With measured depths, the deflection of the frame included.
     """
-    rows = unloading_of(record, settings.frame, settings.limits, who)
+    rows = unloading_of(record, settings.frame, settings.limits)
     exact = replace(settings, beta=1.0, epsilon=None)
     return Indent(
         rows,
         {
-            "power_law": _with_interval(rows, fitted_power(rows, who, prior), settings, who),
-            "effective_shape": _with_interval(rows, fitted_shape(rows, who, prior), exact, who),
+            "power_law": _with_interval(rows, fitted_power(rows, prior), settings),
+            "effective_shape": _with_interval(rows, fitted_shape(rows, prior), exact),
         },
     )
 
 
-def quantities(peak: Peak, settings: Settings, who: str, further: float = 0.0) -> dict[str, float]:
+def quantities(peak: Peak, settings: Settings, further: float = 0.0) -> dict[str, float]:
     """Hardness and moduli at the peak of an indent, whose frame is more compliant by `further` m/N than its rows were corrected for."""
     if not further * peak.stiffness < 1.0:
-        raise ProblemError(
-            f"{who}: the stiffness is not above 0 N/m without the frame; check the frame compliance"
-        )
+        raise ProblemError("the stiffness is not above 0 N/m without the frame; check the frame compliance")
     stiffness = 1.0 / (1.0 / peak.stiffness - further)
     depth = peak.depth - further * peak.force
     contact_depth = depth - peak.epsilon * peak.force / stiffness
     area = float(settings.area.area_at(contact_depth)) if contact_depth > 0.0 else math.nan
     if not area > 0.0:
         raise ProblemError(
-            f"{who}: the contact depth is {metres(contact_depth)}, where the area function has no area; the depth must count from the "
+            f"the contact depth is {metres(contact_depth)}, where the area function has no area; the depth must count from the "
             "first contact and lie within the range of the area function"
         )
     reduced = math.sqrt(math.pi / area) * stiffness / (2.0 * settings.beta)
     if not reduced * settings.tip < 1.0:
         raise ProblemError(
-            f"{who}: the reduced modulus, {pascals(reduced)}, is not below that of the tip alone, {pascals(1.0 / settings.tip)}; check "
+            f"the reduced modulus, {pascals(reduced)}, is not below that of the tip alone, {pascals(1.0 / settings.tip)}; check "
             "the units, the area function and the frame compliance"
         )
     plane = 1.0 / (1.0 / reduced - settings.tip)
@@ -191,16 +189,16 @@ def differences(
     return np.stack(columns, axis=1)
 
 
-def _with_interval(rows: Unloading, shape: Shape, settings: Settings, who: str) -> Evaluated:
+def _with_interval(rows: Unloading, shape: Shape, settings: Settings) -> Evaluated:
     """One procedure with 95 % intervals."""
     peak = peak_of(shape.anchor, shape.parameters, rows.peak_force, settings.epsilon)
-    values = quantities(peak, settings, who)
+    values = quantities(peak, settings)
 
     def scaled(result: Mapping[str, float]) -> FloatArray:
         return np.array([result[name] if name in _LINEAR else math.log(result[name]) for name in values])
 
     def read(result: Peak) -> FloatArray:
-        return scaled(quantities(result, settings, who))
+        return scaled(quantities(result, settings))
 
     centre, covariance = peak_with_covariance(rows, shape, settings.epsilon, read)
     if settings.covariance is not None:
@@ -209,7 +207,7 @@ def _with_interval(rows: Unloading, shape: Shape, settings: Settings, who: str) 
 
         def calibrated(numbers: FloatArray) -> FloatArray:
             area = replace(settings.area, coefficients=numbers[1:])
-            return scaled(quantities(peak, replace(settings, area=area), who, float(numbers[0])))
+            return scaled(quantities(peak, replace(settings, area=area), float(numbers[0])))
 
         slopes = differences(calibrated, np.append(0.0, coefficients), settings.covariance)
         covariance = covariance + slopes @ settings.covariance @ slopes.T

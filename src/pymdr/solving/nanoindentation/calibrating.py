@@ -29,6 +29,7 @@ from pymdr.solving.nanoindentation.records import (
     Record,
     Records,
     labels_of,
+    named_indent,
     records_of,
     refuse_uncorrected,
 )
@@ -39,7 +40,6 @@ from pymdr.units import FloatArray, QuantityLike, shown, to_si, written
 if TYPE_CHECKING:
     pass
 
-_WHO = "calibrate_area"
 DIAMOND = Elastic("1141 GPa", 0.07)
 SILICA = Elastic("72 GPa", 0.17)
 _NANOMETRE = 1e-9
@@ -179,17 +179,17 @@ def calibrate_area(
     >>> bool(abs(result.frame_compliance / 0.5e-6 - 1) < 0.02)
     True
     """
-    listed = records_of(records, _WHO)
+    listed = records_of(records)
     _check_terms(terms)
-    given = None if frame_compliance is None else frame_of(frame_compliance, _WHO)
-    unknowns, limits = terms + (given is None), fit_limits(fit_range, _WHO)
+    given = None if frame_compliance is None else frame_of(frame_compliance)
+    unknowns, limits = terms + (given is None), fit_limits(fit_range)
     if len(listed) <= unknowns:
         raise ProblemError(
-            f"{_WHO}: {len(listed)} indents for {unknowns} unknowns; give at least {unknowns + 1}, of several depths, or fewer terms"
+            f"{len(listed)} indents for {unknowns} unknowns; give at least {unknowns + 1}, of several depths, or fewer terms"
         )
-    check_factors(beta, epsilon, _WHO)
+    check_factors(beta, epsilon)
     priors = _priors(listed, given or 0.0, limits)
-    modulus = 1.0 / (tip_compliance(reference, _WHO) + tip_compliance(tip, _WHO))
+    modulus = 1.0 / (tip_compliance(reference) + tip_compliance(tip))
     frame, scale = given or 0.0, 2.0 * beta * modulus / math.sqrt(math.pi)
     for turn in range(_ROUNDS):
         try:
@@ -211,44 +211,42 @@ def calibrate_area(
 
 def _check_terms(terms: int) -> None:
     if isinstance(terms, bool) or not isinstance(terms, int) or not 1 <= terms <= MOST_COEFFICIENTS:
-        raise ProblemError(
-            f"{_WHO}: terms = {shown(terms)}; a whole number from 1 to {MOST_COEFFICIENTS} is needed"
-        )
+        raise ProblemError(f"terms = {shown(terms)}; a whole number from 1 to {MOST_COEFFICIENTS} is needed")
 
 
-def frame_of(given: QuantityLike, who: str) -> float:
+def frame_of(given: QuantityLike) -> float:
     """The compliance of a frame in m/N."""
     frame = to_si(given, "m/N", name="frame_compliance")
     if not frame >= 0.0:
-        raise ProblemError(f"{who}: frame_compliance = {shown(given)}; it must be at least 0 m/N")
+        raise ProblemError(f"frame_compliance = {shown(given)}; it must be at least 0 m/N")
     return frame
 
 
-def tip_compliance(tip: Material, who: str) -> float:
+def tip_compliance(tip: Material) -> float:
     """1/E* of one body in 1/Pa."""
     if not isinstance(tip, Material) or tip.is_viscoelastic or not tip.homogeneous:
-        raise ProblemError(f"{who}: {shown(tip)}; a homogeneous elastic or rigid body is needed")
+        raise ProblemError(f"{shown(tip)}; a homogeneous elastic or rigid body is needed")
     return float(surface_compliances(tip).normal)
 
 
-def check_factors(beta: float, epsilon: float | None, who: str) -> None:
+def check_factors(beta: float, epsilon: float | None) -> None:
     """Refuse values of beta and epsilon outside their limits."""
     if not 0.5 < to_si(beta, "", name="beta") < 2.0:
         raise ProblemError(
-            f"{who}: beta = {shown(beta)}; it must be above 0.5 and below 2, such as 1.034 for a Berkovich tip"
+            f"beta = {shown(beta)}; it must be above 0.5 and below 2, such as 1.034 for a Berkovich tip"
         )
     if epsilon is not None and not 0.0 < to_si(epsilon, "", name="epsilon") <= 1.0:
-        raise ProblemError(f"{who}: epsilon = {shown(epsilon)}; it must be above 0 and at most 1, or None")
+        raise ProblemError(f"epsilon = {shown(epsilon)}; it must be above 0 and at most 1, or None")
 
 
 def _priors(listed: Sequence[Record], frame: float, limits: tuple[float, float]) -> FloatArray:
     """Prior probability of white noise in each unloading."""
-    labels = labels_of(listed, _WHO)
-    for record, who in zip(listed, labels, strict=True):
-        refuse_uncorrected(record, who)
-    return np.array(
-        common_priors([whiteness(one, frame, limits, who) for one, who in zip(listed, labels, strict=True)])
-    )
+    white = []
+    for record, label in zip(listed, labels_of(listed), strict=True):
+        with named_indent(label):
+            refuse_uncorrected(record)
+            white.append(whiteness(record, frame, limits))
+    return np.array(common_priors(white))
 
 
 class _Peaks(NamedTuple):
@@ -275,9 +273,10 @@ def _peaks(
         return np.array([peak.depth, 1.0 / peak.stiffness, peak.force, peak.epsilon])
 
     result = []
-    for record, prior, who in zip(listed, priors.tolist(), labels_of(listed, _WHO), strict=True):
-        rows = unloading_of(record, frame, limits, who)
-        result.append(peak_with_covariance(rows, fitted_power(rows, who, prior), epsilon, read))
+    for record, prior, label in zip(listed, priors.tolist(), labels_of(listed), strict=True):
+        with named_indent(label):
+            rows = unloading_of(record, frame, limits)
+            result.append(peak_with_covariance(rows, fitted_power(rows, prior), epsilon, read))
     values = np.array([centre for centre, _ in result]).T
     return _Peaks(values[2], values[0], 1.0 / values[1], values[3], np.array([c for _, c in result]))
 
@@ -348,9 +347,7 @@ def _solved(model: _Model) -> FloatArray:
         if misfit < least:
             best, least = trial, misfit
     if not best.size:
-        raise ProblemError(
-            f"{_WHO}: an indent has no contact depth above 0; depths must count from the first contact"
-        )
+        raise ProblemError("an indent has no contact depth above 0; depths must count from the first contact")
     size = np.append(float(compliance.min()), np.ones(best.size - 1))
     free = slice(1, None) if model.frame_given else slice(0, None)
     for _ in range(3):
@@ -381,7 +378,7 @@ def _jacobian(model: _Model, solved: FloatArray) -> FloatArray:
 
 def _undetermined(unknowns: int) -> ProblemError:
     return ProblemError(
-        f"{_WHO}: the indents do not determine {unknowns} unknowns; give indents of more different depths, fewer terms, or "
+        f"the indents do not determine {unknowns} unknowns; give indents of more different depths, fewer terms, or "
         "frame_compliance"
     )
 

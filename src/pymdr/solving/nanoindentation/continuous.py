@@ -25,7 +25,6 @@ from pymdr.units import FloatArray, QuantityLike, shown, written
 if TYPE_CHECKING:
     pass
 
-_WHO = "continuous_stiffness"
 _FEWEST, _RATIO = 12, 1.3
 """Rows of a point, and the largest ratio of the depths at its ends."""
 _TOP, _RISING = 4.0, 0.999
@@ -171,15 +170,15 @@ def continuous_stiffness(
     >>> study.to("hardness", "GPa").values[0, [0, -1]].round(3).tolist()
     [9.0, 9.0]
     """
-    listed = records_of(records, _WHO)
+    listed = records_of(records)
     if isinstance(points, bool) or not isinstance(points, int) or not 1 <= points <= _MOST:
-        raise ProblemError(f"{_WHO}: points = {shown(points)}; a whole number from 1 to {_MOST} is needed")
+        raise ProblemError(f"points = {shown(points)}; a whole number from 1 to {_MOST} is needed")
     if epsilon is None:
-        raise ProblemError(f"{_WHO}: epsilon = None; without an unloading a number is needed, such as 0.75")
-    settings = settings_of(Known(area, frame_compliance, tip, poisson, beta, epsilon), (0.25, 0.98), _WHO)
+        raise ProblemError("epsilon = None; without an unloading a number is needed, such as 0.75")
+    settings = settings_of(Known(area, frame_compliance, tip, poisson, beta, epsilon), (0.25, 0.98))
     errors: dict[int, ProblemError] = {}
-    profiles = attempted(listed, _WHO, lambda _, record, who: _profile(record, settings, points, who), errors)
-    notes = refusals(errors, _WHO)
+    profiles = attempted(listed, lambda _, record: _profile(record, settings, points), errors)
+    notes = refusals(errors)
     notes += [
         f"indent {i}: {shallow} shallow points left out, where the noise is too large for a modulus"
         for i, (_, shallow) in profiles.items()
@@ -189,14 +188,14 @@ def continuous_stiffness(
     return _study(listed, known, notes, settings)
 
 
-def _profile(record: Record, settings: Settings, count: int, who: str) -> tuple[tuple[Point, ...], int]:
+def _profile(record: Record, settings: Settings, count: int) -> tuple[tuple[Point, ...], int]:
     """Points of one indent, and how many had no modulus."""
-    rows = _loading(record, settings.frame, who)
+    rows = _loading(record, settings.frame)
     columns, elapsed = rows[:3], rows[3]
     bins = _bins(columns[1], count)
     if not bins:
         raise ProblemError(
-            f"{who}: {columns.shape[1]} rows of the loading have a stiffness; at least {_FEWEST} are needed within a ratio of {_RATIO:g} of their depths: "
+            f"{columns.shape[1]} rows of the loading have a stiffness; at least {_FEWEST} are needed within a ratio of {_RATIO:g} of their depths: "
             "record more rows"
         )
     fits = [_local(columns[:, part]) for part in bins]
@@ -211,9 +210,7 @@ def _profile(record: Record, settings: Settings, count: int, who: str) -> tuple[
         middle = 0.5 * (part.start + part.stop - 1)
         drift = record.rate_error * float(np.interp(middle, np.arange(elapsed.size), elapsed))
         try:
-            points.append(
-                _point(centre, scale * covariance + rounding, max(freedom, 1.0), drift, settings, who)
-            )
+            points.append(_point(centre, scale * covariance + rounding, max(freedom, 1.0), drift, settings))
         except ProblemError as error:
             fault = error
     if not points:
@@ -222,11 +219,11 @@ def _profile(record: Record, settings: Settings, count: int, who: str) -> tuple[
     return tuple(points), len(bins) - len(points)
 
 
-def _loading(record: Record, frame: float, who: str) -> FloatArray:
+def _loading(record: Record, frame: float) -> FloatArray:
     """Forces, depths and compliances of the contact during the loading, and times since contact, shape (4, n)."""
     if record.stiffness is None:
         raise ProblemError(
-            f"{who}: the record has no harmonic_stiffness; give records with continuous stiffness, or use oliver_pharr"
+            "the record has no harmonic_stiffness; give records with continuous stiffness, or use oliver_pharr"
         )
     depth = record.depth - frame * record.force
     force, stiffness = record.force, record.stiffness
@@ -239,7 +236,7 @@ def _loading(record: Record, frame: float, who: str) -> FloatArray:
     good[end:] = False
     if np.any(good) and not np.any(compliance[good] > 0.0):
         raise ProblemError(
-            f"{who}: the frame compliance {written(frame, 'm/N')} is above the measured compliance, {written(float(np.max(1.0 / stiffness[good])), 'm/N')}; "
+            f"the frame compliance {written(frame, 'm/N')} is above the measured compliance, {written(float(np.max(1.0 / stiffness[good])), 'm/N')}; "
             "leave frame_compliance out if the instrument has subtracted it"
         )
     return np.stack([force[good], depth[good], compliance[good], elapsed[good]])
@@ -271,7 +268,7 @@ def _local(columns: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def _point(
-    centre: FloatArray, covariance: FloatArray, freedom: float, drift: float, settings: Settings, who: str
+    centre: FloatArray, covariance: FloatArray, freedom: float, drift: float, settings: Settings
 ) -> Point:
     """One depth, of the mean force, depth and compliance with their covariance."""
     assert settings.epsilon is not None
@@ -280,11 +277,11 @@ def _point(
         force, depth, compliance = (float(x) for x in numbers)
         if not compliance > further:
             raise ProblemError(
-                f"{who}: the stiffness is not above 0 N/m without the frame; check the frame compliance"
+                "the stiffness is not above 0 N/m without the frame; check the frame compliance"
             )
         assert known.epsilon is not None
         peak = Peak(force, depth, math.nan, 1.0 / compliance, known.epsilon, math.nan, 1.0)
-        result = quantities(peak, known, who, further)
+        result = quantities(peak, known, further)
         result["contact_radius"] = math.sqrt(result["contact_area"] / math.pi)
         result["indentation"], result["normal_force"] = result["max_depth"], force
         return {name: result[name] for name in _NAMES if name in result}

@@ -28,7 +28,6 @@ from pymdr.solving.nanoindentation.unloading import errors_of, noise_of
 from pymdr.solving.study import Column, Study, dataset
 from pymdr.units import FloatArray, QuantityLike, shown, to_si
 
-_WHO = "thermal_drift"
 _FEWEST = 12
 """Rows of a hold to which a rate is fitted."""
 _BAND, _NOISES = 0.005, 5.0
@@ -148,14 +147,12 @@ def thermal_drift(
     >>> drift.to("rate", "nm/s").values.round(3).tolist()
     [0.1]
     """
-    listed = records_of(records, _WHO)
+    listed = records_of(records)
     given = None if hold is None else _given_hold(hold)
     if isinstance(settle, bool) or not isinstance(settle, int | float) or not 0.0 <= settle <= 0.9:
-        raise ProblemError(
-            f"{_WHO}: settle = {shown(settle)}; a fraction of the hold from 0 to 0.9 is needed"
-        )
+        raise ProblemError(f"settle = {shown(settle)}; a fraction of the hold from 0 to 0.9 is needed")
     errors: dict[int, ProblemError] = {}
-    holds = attempted(listed, _WHO, lambda _, record, who: _hold_of(record, given, settle, who), errors)
+    holds = attempted(listed, lambda _, record: _hold_of(record, given, settle), errors)
     return _study(listed, holds, errors)
 
 
@@ -164,42 +161,42 @@ def _given_hold(hold: Sequence[QuantityLike]) -> tuple[float, float]:
         start, end = hold
     except (TypeError, ValueError):
         raise ProblemError(
-            f"{_WHO}: hold = {shown(hold)}; start and end are needed, such as ('60 s', '90 s')"
+            f"hold = {shown(hold)}; start and end are needed, such as ('60 s', '90 s')"
         ) from None
     first, last = to_si(start, "s", name="hold[0]"), to_si(end, "s", name="hold[1]")
     if not first < last:
-        raise ProblemError(f"{_WHO}: hold = {shown(hold)}; the end must be after the start")
+        raise ProblemError(f"hold = {shown(hold)}; the end must be after the start")
     return first, last
 
 
-def _hold_of(record: Record, given: tuple[float, float] | None, settle: float, who: str) -> _Hold:
+def _hold_of(record: Record, given: tuple[float, float] | None, settle: float) -> _Hold:
     time, force = record.time, record.force
     if time is None:
-        raise ProblemError(f"{who}: the record has no times; a drift needs a column time [s]")
+        raise ProblemError("the record has no times; a drift needs a column time [s]")
     if not float(np.max(force)) > 0.0:
-        raise ProblemError(f"{who}: no force is above 0 N; compressive forces must be positive")
-    rows = _longest_hold(time, force, who) if given is None else _between(time, given, who)
+        raise ProblemError("no force is above 0 N; compressive forces must be positive")
+    rows = _longest_hold(time, force) if given is None else _between(time, given)
     settled = time[rows.start] + settle * (time[rows.stop - 1] - time[rows.start])
     fitted = slice(int(np.searchsorted(time, settled)), rows.stop)
     if fitted.stop - fitted.start < _FEWEST:
         raise ProblemError(
-            f"{who}: {fitted.stop - fitted.start} rows of the hold after it settled; at least {_FEWEST} are needed"
+            f"{fitted.stop - fitted.start} rows of the hold after it settled; at least {_FEWEST} are needed"
         )
     return _fitted_hold(record, time, rows, fitted)
 
 
-def _between(time: FloatArray, given: tuple[float, float], who: str) -> slice:
+def _between(time: FloatArray, given: tuple[float, float]) -> slice:
     first = int(np.searchsorted(time, given[0], side="left"))
     last = int(np.searchsorted(time, given[1], side="right"))
     if last - first < _FEWEST:
         raise ProblemError(
-            f"{who}: {last - first} rows are between {given[0]:g} s and {given[1]:g} s, the record is from {time[0]:g} s to {time[-1]:g} s; at "
+            f"{last - first} rows are between {given[0]:g} s and {given[1]:g} s, the record is from {time[0]:g} s to {time[-1]:g} s; at "
             f"least {_FEWEST} are needed in the hold"
         )
     return slice(first, last)
 
 
-def _longest_hold(time: FloatArray, force: FloatArray, who: str) -> slice:
+def _longest_hold(time: FloatArray, force: FloatArray) -> slice:
     """The longest stretch of nearly constant force after the peak."""
     peak = float(np.max(force))
     band = max(_BAND * peak, _NOISES * noise_of(force))
@@ -227,7 +224,7 @@ def _longest_hold(time: FloatArray, force: FloatArray, who: str) -> slice:
     elsewhere = float(time[-1] - time[last]) - longest
     if best.stop - best.start < _FEWEST or not longest * peak > _LONGER * 2.0 * band * elsewhere:
         raise ProblemError(
-            f"{who}: no hold at constant force is after the peak, at {_LEVELS[0]:g} to {_LEVELS[1]:g} of the largest force; give hold=('60 s', '90 s'), or a "
+            f"no hold at constant force is after the peak, at {_LEVELS[0]:g} to {_LEVELS[1]:g} of the largest force; give hold=('60 s', '90 s'), or a "
             "record with such a hold"
         )
     return best
@@ -329,7 +326,7 @@ def _study(
                 _LARGEST,
             ),
         ),
-        notes=tuple(refusals(errors, _WHO)),
+        notes=tuple(refusals(errors)),
         references=("oliver-pharr",),
         corrected=_with_refusals(listed, dict(zip(by_number, corrected, strict=True)), errors),
         holds=tuple(
@@ -354,5 +351,5 @@ def _with_refusals(
         corrected[number]
         if number in corrected
         else record._replace(refusal=str(errors[number]).removeprefix(f"{label}: "))
-        for number, (record, label) in enumerate(zip(listed, labels_of(listed, _WHO), strict=True), 1)
+        for number, (record, label) in enumerate(zip(listed, labels_of(listed), strict=True), 1)
     )

@@ -26,7 +26,6 @@ from pymdr.units import FloatArray, QuantityLike, metres, pascals, shown, to_si,
 if TYPE_CHECKING:
     pass
 
-_WHO = "film_modulus"
 _FACTOR, _TRIED = 30.0, 13
 """Largest ratio of the film's modulus and the apparent one at the shallowest point, and moduli at which layers are solved."""
 _FEWEST = 3
@@ -197,14 +196,14 @@ def film_modulus(
         to_si(thickness_error, "m", name="thickness_error"),
     )
     if not height > 0.0:
-        raise ProblemError(f"{_WHO}: thickness = {shown(thickness)}; it must be above 0 m")
+        raise ProblemError(f"thickness = {shown(thickness)}; it must be above 0 m")
     if not 0.0 <= error < height:
         raise ProblemError(
-            f"{_WHO}: thickness_error = {shown(thickness_error)}; it must be at least 0 m and below the thickness"
+            f"thickness_error = {shown(thickness_error)}; it must be at least 0 m and below the thickness"
         )
     nu = profile.settings.poisson if poisson is None else to_si(poisson, "", name="poisson")
     if nu is None:
-        raise ProblemError(f"{_WHO}: Poisson's ratio of the film is not known; give poisson")
+        raise ProblemError("Poisson's ratio of the film is not known; give poisson")
     data = _data(profile, height, widths)
 
     def body(young: float) -> Layered:
@@ -221,12 +220,10 @@ def film_modulus(
 def _check(profile: ContinuousStiffness, substrate: Elastic | Rigid) -> None:
     if not isinstance(profile, ContinuousStiffness):
         raise ProblemError(
-            f"{_WHO}: profile = {shown(profile)}; give what continuous_stiffness returns, over the depth"
+            f"profile = {shown(profile)}; give what continuous_stiffness returns, over the depth"
         )
     if not isinstance(substrate, Elastic | Rigid):
-        raise ProblemError(
-            f"{_WHO}: substrate = {shown(substrate)}; Elastic('165 GPa', 0.22) or Rigid() is needed"
-        )
+        raise ProblemError(f"substrate = {shown(substrate)}; Elastic('165 GPa', 0.22) or Rigid() is needed")
 
 
 def _data(profile: ContinuousStiffness, height: float, widths: Sequence[float]) -> _Data:
@@ -236,14 +233,14 @@ def _data(profile: ContinuousStiffness, height: float, widths: Sequence[float]) 
         low, high = math.nan, math.nan
     if not 0.0 <= low < high <= 30.0:
         raise ProblemError(
-            f"{_WHO}: widths = {shown(widths)}; two ratios a/t from 0 to 30 are needed, such as (0, 3)"
+            f"widths = {shown(widths)}; two ratios a/t from 0 to 30 are needed, such as (0, 3)"
         )
     points = [point for indent in profile.points for point in indent]
     a = np.array([point.values["contact_radius"] for point in points])
     used = [i for i in np.argsort(a, kind="stable") if low * height <= a[i] <= high * height]
     if len(used) < _FEWEST:
         raise ProblemError(
-            f"{_WHO}: {len(used)} points have a/t from {low:g} to {high:g}, the contact radii are from {metres(float(a.min()))} to "
+            f"{len(used)} points have a/t from {low:g} to {high:g}, the contact radii are from {metres(float(a.min()))} to "
             f"{metres(float(a.max()))}; at least {_FEWEST} are needed: check the thickness, {metres(height)}, or widen widths"
         )
     return _Data(
@@ -277,7 +274,7 @@ def _fitted(
     x = float(grid[int(np.argmin(misfits))])
     if abs(x) > 0.99:
         raise ProblemError(
-            f"{_WHO}: no modulus of the film between {pascals(apparent / _FACTOR)} and {pascals(apparent * _FACTOR)} gives the measured stiffness; check "
+            f"no modulus of the film between {pascals(apparent / _FACTOR)} and {pascals(apparent * _FACTOR)} gives the measured stiffness; check "
             "thickness, substrate and tip, or use narrower contacts (widths)"
         )
     rise = chebyshev.chebder(middle)

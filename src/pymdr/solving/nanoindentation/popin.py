@@ -23,7 +23,6 @@ from pymdr.solving.verb import solve
 from pymdr.solving.yielding import first_yield
 from pymdr.units import FloatArray, QuantityLike, metres, newtons, pascals, shown, to_si
 
-_WHO = "first_pop_in"
 _WINDOWS, _GAPS = (6, 12, 24, 48), (0, 1, 3, 7, 15)
 """Rows on either side of a jump, and rows within it, that are tried."""
 _SIGNIFICANT, _STANDS_OUT = 6.0, 4.0
@@ -157,50 +156,44 @@ def first_pop_in(
     >>> study.to("pop_in_force", "mN").values.round(3).tolist(), study.to("pop_in_jump", "nm").values.round().tolist()
     ([0.4], [8.0])
     """
-    listed = records_of(records, _WHO)
+    listed = records_of(records)
     if (
         isinstance(significance, bool)
         or not isinstance(significance, int | float)
         or not 3.0 <= significance <= 100.0
     ):
-        raise ProblemError(f"{_WHO}: significance = {shown(significance)}; a number from 3 to 100 is needed")
+        raise ProblemError(f"significance = {shown(significance)}; a number from 3 to 100 is needed")
     strength = None if shear_strength is None else to_si(shear_strength, "Pa", name="shear_strength")
     if strength is not None and not strength > 0.0:
-        raise ProblemError(f"{_WHO}: shear_strength = {shown(shear_strength)}; it must be above 0 Pa")
+        raise ProblemError(f"shear_strength = {shown(shear_strength)}; it must be above 0 Pa")
     if contact is None and strength is not None:
-        raise ProblemError(
-            f"{_WHO}: shear_strength needs a contact; give Contact(Sphere('1 um'), sample, diamond)"
-        )
+        raise ProblemError("shear_strength needs a contact; give Contact(Sphere('1 um'), sample, diamond)")
     if contact is not None and not isinstance(contact, Contact):
-        raise ProblemError(
-            f"{_WHO}: contact = {shown(contact)}; give Contact(Sphere('1 um'), sample, diamond)"
-        )
+        raise ProblemError(f"contact = {shown(contact)}; give Contact(Sphere('1 um'), sample, diamond)")
     if contact is not None and (contact.adhesion is not None or contact.friction is not None):
         raise ProblemError(
-            f"{_WHO}: the contact has adhesion or friction, which the analysis of pop-ins does not include; leave both out"
+            "the contact has adhesion or friction, which the analysis of pop-ins does not include; leave both out"
         )
     errors: dict[int, ProblemError] = {}
-    by_number = attempted(
-        listed, _WHO, lambda _, record, who: _search(record, float(significance), who), errors
-    )
+    by_number = attempted(listed, lambda _, record: _search(record, float(significance)), errors)
     searches = [by_number.get(number, _Search(None, math.nan)) for number in range(1, len(listed) + 1)]
     study = _study(listed, searches, contact, strength)
-    return replace(study, notes=(*refusals(errors, _WHO), *study.notes))
+    return replace(study, notes=(*refusals(errors), *study.notes))
 
 
-def _search(record: Record, significance: float, who: str) -> _Search:
+def _search(record: Record, significance: float) -> _Search:
     force, depth = record.force, record.depth
     noise = noise_of(force)
     largest = float(np.max(force))
     if not largest > 0.0:
-        raise ProblemError(f"{who}: no force is above 0 N; compressive forces must be positive")
+        raise ProblemError("no force is above 0 N; compressive forces must be positive")
     end = int(np.argmax(force >= largest - _CONTACT * noise)) + 1
     low = np.flatnonzero(force[:end] <= _CONTACT * noise)
     start = int(low[-1]) + 1 if low.size else 0
     rows = slice(start, end)
     if end - start < _FEWEST:
         raise ProblemError(
-            f"{who}: {end - start} rows of the loading are above the noise of the force; at least {_FEWEST} are needed"
+            f"{end - start} rows of the loading are above the noise of the force; at least {_FEWEST} are needed"
         )
     h, f = depth[rows], force[rows]
     q = np.maximum(f, 0.0) ** (2.0 / 3.0)
@@ -422,7 +415,7 @@ def _shear(
     result = solve(contact, Path(normal_force=np.sort(force[there])))
     claim = result.claims["stress"]
     if not claim.readable:
-        raise NotValidError(f"{_WHO}: the largest shear stress is not valid here: {claim.reason}")
+        raise NotValidError(f"the largest shear stress is not valid here: {claim.reason}")
     order = np.flatnonzero(there)[np.argsort(force[there], kind="stable")]
     shear[order] = result["largest_shear"].values
     ratio = np.abs(result["indentation"].values / depth[order] - 1.0)

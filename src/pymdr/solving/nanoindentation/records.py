@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import PurePath
 from typing import Any, NamedTuple, TypeAlias, TypeVar
@@ -73,7 +74,7 @@ Records: TypeAlias = (
 """Of one indent or of several; a dataset is a mapping."""
 
 
-def records_of(given: Records, who: str) -> tuple[Record, ...]:
+def records_of(given: Records) -> tuple[Record, ...]:
     """
     Indents in SI units.
 
@@ -89,21 +90,35 @@ def records_of(given: Records, who: str) -> tuple[Record, ...]:
         else given
     )
     if not len(listed):
-        raise ProblemError(f"{who}: no record is given")
-    several = len(listed) > 1
-    return tuple(_record(one, f"{who}, indent {i}" if several else who) for i, one in enumerate(listed, 1))
+        raise ProblemError("no record is given")
+    records = []
+    for i, one in enumerate(listed, 1):
+        with named_indent(f"indent {i}" if len(listed) > 1 else ""):
+            records.append(_record(one))
+    return tuple(records)
 
 
-def _record(given: Any, who: str) -> Record:
+@contextmanager
+def named_indent(label: str) -> Iterator[None]:
+    """Errors inside begin with the label of an indent; the only one has an empty label."""
+    try:
+        yield
+    except ProblemError as error:
+        if not label:
+            raise
+        raise ProblemError(f"{label}: {error}") from error
+
+
+def _record(given: Any) -> Record:
     if isinstance(given, MeasuredCurve):
         return Record(given.depth, given.force, given.time)
     if not isinstance(given, Mapping):
         raise ProblemError(
-            f"{who}: {shown(given)} is not a record; give a MeasuredCurve or what read_record returns"
+            f"{shown(given)} is not a record; give a MeasuredCurve or what read_record returns"
         )
     for name in ("indentation", "normal_force"):
         if name not in given:
-            raise ProblemError(f"{who}: the record has no {name}; indentation and normal_force are needed")
+            raise ProblemError(f"the record has no {name}; indentation and normal_force are needed")
     columns = {
         name: to_si_array(given[name], unit, name=name, missing=name == "harmonic_stiffness")
         for name, unit in _UNITS.items()
@@ -112,16 +127,14 @@ def _record(given: Any, who: str) -> Record:
     shapes = {name: column.shape for name, column in columns.items()}
     if len(set(shapes.values())) > 1 or len(shapes["indentation"]) != 1:
         text = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
-        raise ProblemError(f"{who}: columns of the shapes {text}; rows of equal length are needed")
+        raise ProblemError(f"columns of the shapes {text}; rows of equal length are needed")
     if columns["indentation"].size < _FEWEST:
-        raise ProblemError(
-            f"{who}: {columns['indentation'].size} rows; at least {_FEWEST} are needed for an indent"
-        )
+        raise ProblemError(f"{columns['indentation'].size} rows; at least {_FEWEST} are needed for an indent")
     time = columns.get("time")
     if time is not None and not np.all(np.diff(time) > 0.0):
         i = int(np.argmin(np.diff(time)))
         raise ProblemError(
-            f"{who}: time[{i + 1}] = {time[i + 1]:g} s is not above {time[i]:g} s: times must rise; sort the rows and average those of equal time"
+            f"time[{i + 1}] = {time[i + 1]:g} s is not above {time[i]:g} s: times must rise; sort the rows and average those of equal time"
         )
     return Record(
         columns["indentation"],
@@ -138,11 +151,11 @@ def _name_of(attributes: Mapping[str, Any]) -> str:
     return file if not test or PurePath(file).stem == test else f"{file}, {test}".removeprefix(", ")
 
 
-def labels_of(records: Sequence[Record], who: str) -> list[str]:
-    """How messages call each record."""
+def labels_of(records: Sequence[Record]) -> list[str]:
+    """How messages call each record; the only one has no label."""
     if len(records) == 1:
-        return [who]
-    return [f"{who}, indent {i}" + (f" ({one.name})" if one.name else "") for i, one in enumerate(records, 1)]
+        return [""]
+    return [f"indent {i}" + (f" ({one.name})" if one.name else "") for i, one in enumerate(records, 1)]
 
 
 def numbered(records: Sequence[Record]) -> dict[str, Any]:
@@ -153,16 +166,15 @@ def numbered(records: Sequence[Record]) -> dict[str, Any]:
     return {**numbers, "record": ("indent", [one.name for one in records], {"units": ""})}
 
 
-def refuse_uncorrected(record: Record, who: str) -> None:
+def refuse_uncorrected(record: Record) -> None:
     """Refuse a record that could not be corrected for drift."""
     if record.refusal:
-        raise ProblemError(f"{who}: {record.refusal}")
+        raise ProblemError(record.refusal)
 
 
 def attempted(
     records: Sequence[Record],
-    who: str,
-    evaluate: Callable[[int, Record, str], T],
+    evaluate: Callable[[int, Record], T],
     errors: dict[int, ProblemError],
 ) -> dict[int, T]:
     """
@@ -171,16 +183,17 @@ def attempted(
     Parameters
     ----------
     evaluate : callable
-        Called with the number, the record and its label.
+        Called with the number and the record.
     errors : dict of int to ProblemError
         Records in it are left out; those that cannot be evaluated are added.
     """
     results = {}
-    for number, (record, label) in enumerate(zip(records, labels_of(records, who), strict=True), 1):
+    for number, (record, label) in enumerate(zip(records, labels_of(records), strict=True), 1):
         if number not in errors:
             try:
-                refuse_uncorrected(record, label)
-                results[number] = evaluate(number, record, label)
+                with named_indent(label):
+                    refuse_uncorrected(record)
+                    results[number] = evaluate(number, record)
             except ProblemError as error:
                 errors[number] = error
     if not results:
@@ -188,8 +201,6 @@ def attempted(
     return results
 
 
-def refusals(errors: Mapping[int, ProblemError], who: str) -> list[str]:
+def refusals(errors: Mapping[int, ProblemError]) -> list[str]:
     """Notes of the records that cannot be evaluated."""
-    return [
-        f"{str(errors[number]).removeprefix(f'{who}, ')}; its numbers are nan" for number in sorted(errors)
-    ]
+    return [f"{errors[number]}; its numbers are nan" for number in sorted(errors)]

@@ -55,7 +55,7 @@ class Unloading(NamedTuple):
     """Compliance in m/N for which the depths are corrected."""
 
 
-def fit_limits(fit_range: Sequence[float], who: str) -> tuple[float, float]:
+def fit_limits(fit_range: Sequence[float]) -> tuple[float, float]:
     """The range of a fit in parts of the largest force."""
     try:
         low, high = (float(end) for end in fit_range)
@@ -63,12 +63,12 @@ def fit_limits(fit_range: Sequence[float], who: str) -> tuple[float, float]:
         low, high = math.nan, math.nan
     if not 0.0 < low < high <= 1.0:
         raise ProblemError(
-            f"{who}: fit_range = {shown(fit_range)}; two fractions of the largest force are needed, such as (0.25, 0.98)"
+            f"fit_range = {shown(fit_range)}; two fractions of the largest force are needed, such as (0.25, 0.98)"
         )
     return low, high
 
 
-def unloading_of(record: Record, frame: float, limits: tuple[float, float], who: str) -> Unloading:
+def unloading_of(record: Record, frame: float, limits: tuple[float, float]) -> Unloading:
     """
     The unloading from the largest force of a record.
 
@@ -83,10 +83,10 @@ def unloading_of(record: Record, frame: float, limits: tuple[float, float], who:
     depth = record.depth - frame * force
     largest = float(np.max(force))
     if not largest > 0.0:
-        raise ProblemError(f"{who}: no force is above 0 N; compressive forces must be positive")
+        raise ProblemError("no force is above 0 N; compressive forces must be positive")
     if _runs_backward(depth, force / largest):
         raise ProblemError(
-            f"{who}: the record begins at {metres(float(depth[0]))} and ends at {metres(float(depth[-1]))}, both at small loads, but an indent leaves "
+            f"the record begins at {metres(float(depth[0]))} and ends at {metres(float(depth[-1]))}, both at small loads, but an indent leaves "
             "the surface deeper: the rows run backward; reverse them"
         )
     noise = noise_of(force)
@@ -100,7 +100,7 @@ def unloading_of(record: Record, frame: float, limits: tuple[float, float], who:
     begin = last + 1 + (int(above[-1]) if above.size else 0)
     if low - begin < _FEWEST:
         raise ProblemError(
-            f"{who}: {max(low - begin, 0)} rows of the unloading are between {limits[0]:g} and {limits[1]:g} of the largest force; at "
+            f"{max(low - begin, 0)} rows of the unloading are between {limits[0]:g} and {limits[1]:g} of the largest force; at "
             f"least {_FEWEST} are needed: give a record with its unloading, or a wider fit_range"
         )
     rows = slice(begin, max(end, low))
@@ -189,9 +189,9 @@ class Shape(NamedTuple):
         )
 
 
-def fitted_power(rows: Unloading, who: str, prior: float = 0.5) -> Shape:
+def fitted_power(rows: Unloading, prior: float = 0.5) -> Shape:
     """The power law through the range of the fit; the prior probability of white noise is given."""
-    return _power(rows, rows.fitted, who, prior)
+    return _power(rows, rows.fitted, prior)
 
 
 def refitted(rows: Unloading, shape: Shape, rate: float) -> FloatArray:
@@ -212,30 +212,30 @@ def refitted(rows: Unloading, shape: Shape, rate: float) -> FloatArray:
     )
 
 
-def fitted_shape(rows: Unloading, who: str, prior: float = 0.5) -> Shape:
+def fitted_shape(rows: Unloading, prior: float = 0.5) -> Shape:
     """The two powers through the complete unloading, or the one that noise lets it determine."""
-    power = _power(rows, rows.complete, who, prior)
+    power = _power(rows, rows.complete, prior)
     two = _fitted(rows, rows.complete, np.append(power.parameters, 0.0), prior)
     return two if two.determined else power
 
 
-def _power(rows: Unloading, stretch: slice, who: str, prior: float = 0.5) -> Shape:
+def _power(rows: Unloading, stretch: slice, prior: float = 0.5) -> Shape:
     z, force = rows.depth[0] - rows.depth[stretch], rows.force[stretch]
     if not _is_decreasing(z, force):
         if _is_decreasing(z + rows.frame * (force[0] - force), force):
             raise ProblemError(
-                f"{who}: the frame compliance {1e6 * rows.frame:.4g} nm/mN is too large: the measured depth falls in the unloading, but "
+                f"the frame compliance {1e6 * rows.frame:.4g} nm/mN is too large: the measured depth falls in the unloading, but "
                 "the depth less the deflection of the frame does not; give a smaller frame_compliance, or leave it out if the instrument has "
                 "subtracted it"
             )
         raise ProblemError(
-            f"{who}: the depth does not fall in the unloading; check the order and the signs of the rows"
+            "the depth does not fall in the unloading; check the order and the signs of the rows"
         )
     power = _fitted(rows, stretch, _first_guess(z, force, rows.peak_force), prior)
     if not power.determined:
         noise, recovery = noise_of(rows.depth[stretch]), float(np.ptp(z))
         raise ProblemError(
-            f"{who}: the unloading does not determine F = B (h - h_f)^m: the noise of the depth is {written(noise, 'm')}, {100.0 * noise / recovery:.2g} % of "
+            f"the unloading does not determine F = B (h - h_f)^m: the noise of the depth is {written(noise, 'm')}, {100.0 * noise / recovery:.2g} % of "
             f"its recovery of {written(recovery, 'm')}; widen the range of the fit, check the frame compliance, or unload more slowly"
         )
     return power

@@ -30,7 +30,6 @@ from pymdr.solving.nanoindentation.unloading import fit_limits, forces
 from pymdr.solving.study import Column, Study, dataset
 from pymdr.units import FloatArray, QuantityLike, written
 
-_WHO = "oliver_pharr"
 _PILE_UP, _EXPONENT, _RISING = 0.7, 0.55, 1.01
 _DRAWN = 6
 _CORRELATED, _MISFIT = 3.0, 1e-4
@@ -177,9 +176,9 @@ def oliver_pharr(
     >>> study["epsilon"].sel(procedure="effective_shape").values.round(3)
     array([0.75])
     """
-    listed = records_of(records, _WHO)
+    listed = records_of(records)
     known = Known(area, frame_compliance, tip, poisson, beta, epsilon)
-    settings = settings_of(known, fit_limits(fit_range, _WHO), _WHO)
+    settings = settings_of(known, fit_limits(fit_range))
     indents, refused = _evaluated(listed, settings)
     evaluable = [number in indents for number in range(1, len(listed) + 1)]
     known_indents = tuple(indents.values())
@@ -198,18 +197,16 @@ def _evaluated(listed: Sequence[Record], settings: Settings) -> tuple[dict[int, 
     errors: dict[int, ProblemError] = {}
     white = attempted(
         listed,
-        _WHO,
-        lambda _, record, who: whiteness(record, settings.frame, settings.limits, who),
+        lambda _, record: whiteness(record, settings.frame, settings.limits),
         errors,
     )
     priors = dict(zip(white, common_priors(list(white.values())), strict=True))
     indents = attempted(
         listed,
-        _WHO,
-        lambda number, record, who: evaluated(record, settings, who, priors[number]),
+        lambda number, record: evaluated(record, settings, priors[number]),
         errors,
     )
-    return indents, refusals(errors, _WHO)
+    return indents, refusals(errors)
 
 
 def _data(

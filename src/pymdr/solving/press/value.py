@@ -134,7 +134,7 @@ class PressedSurface(Study):
         depth, places = np.unique(depth[known], return_index=True)
         if depth.size < FEWEST_POINTS:
             raise PathError(
-                f"force_curve: only {depth.size} loads have a contact that ends within the heights; at least {FEWEST_POINTS} different ones "
+                f"only {depth.size} loads have a contact that ends within the heights; at least {FEWEST_POINTS} different ones "
                 "are needed; press at more loads, denser toward the first touch"
             )
         force = force[known][places]

@@ -38,7 +38,6 @@ from pymdr.solving.study import over_rows
 from pymdr.solving.workers import KeptParts
 from pymdr.units import FloatArray, shown
 
-_PREFIX = "press"
 _FEWEST = 8
 """Smallest number of pixels along the shorter side."""
 _MAPS, _WORKING = 2, 12
@@ -127,7 +126,7 @@ def press(
     39.61
     """
     modulus = _modulus(body, counterbody)
-    name, rows = positive_loads(_PREFIX, load)
+    name, rows = positive_loads(load)
     solver = find_engine(engine)
     _refuse_too_large(pixels_of(surface), rows.size, solver, keep is not None)
     patch, punch = patch_of(surface, punch)
@@ -181,7 +180,7 @@ def pixels_of(surface: Topography | RoughSurface) -> tuple[int, int]:
     """Pixels along x and y of a surface, before heights are generated."""
     if isinstance(surface, RoughSurface):
         return surface.pixels()
-    nx, ny = as_topography(surface, _PREFIX).heights.shape
+    nx, ny = as_topography(surface).heights.shape
     return nx, ny
 
 
@@ -189,18 +188,18 @@ def patch_of(surface: Topography | RoughSurface, punch: bool = False) -> tuple[T
     """The heights, and whether the body ends at their border."""
     if not isinstance(punch, bool | np.bool_):
         raise ProblemError(
-            f"{_PREFIX}: punch = {shown(punch)}; give True if the body ends at the border of the heights, else False"
+            f"punch = {shown(punch)}; give True if the body ends at the border of the heights, else False"
         )
     if isinstance(surface, RoughSurface):
         return surface.topography(), True
     missing = int(np.count_nonzero(surface.missing))
     if missing:
         raise ProblemError(
-            f"{_PREFIX}: {missing} of {surface.heights.size} heights are missing; fill them, or crop to a complete patch"
+            f"{missing} of {surface.heights.size} heights are missing; fill them, or crop to a complete patch"
         )
     if min(surface.heights.shape) < _FEWEST:
         raise ProblemError(
-            f"{_PREFIX}: {surface.heights.shape[0]} x {surface.heights.shape[1]} heights; at least {_FEWEST} x {_FEWEST} are needed"
+            f"{surface.heights.shape[0]} x {surface.heights.shape[1]} heights; at least {_FEWEST} x {_FEWEST} are needed"
         )
     return surface, punch
 
@@ -209,7 +208,7 @@ def _refuse_too_large(shape: tuple[int, int], loads: int, engine: Engine, kept: 
     needed = bytes_of(shape, loads, engine, kept=kept)
     if needed > memory_of_machine():
         raise ProblemError(
-            f"{_PREFIX}: {shape[0]} x {shape[1]} pixels at {loads} loads need about {bytes_text(round(needed))} (limit "
+            f"{shape[0]} x {shape[1]} pixels at {loads} loads need about {bytes_text(round(needed))} (limit "
             f"{bytes_text(round(memory_of_machine()))}, the memory of this machine); use fewer loads, a part of the surface, or a longer shortest wavelength of a RoughSurface"
         )
 
@@ -219,7 +218,7 @@ def _modulus(body: Material, counterbody: Material | None) -> float:
     for one in (body, other):
         if isinstance(one, Graded | Viscoelastic):
             raise ProblemError(
-                f"{_PREFIX}: a {type(one).__name__} body: engines solve homogeneous elastic half-spaces; use Elastic or "
+                f"a {type(one).__name__} body: engines solve homogeneous elastic half-spaces; use Elastic or "
                 "TransverselyIsotropic (for a viscoelastic body, then its force_curve())"
             )
     return float(effective_moduli(body, other).normal)

@@ -31,9 +31,6 @@ _OF_SHELL = {
 }
 """Remedies in Python -> remedies of commands."""
 
-_FUNCTIONS = ("solve", "field", "fill_missing", "largest", "to_csv", "tip_cutoff", "detrend")
-"""Functions without an underscore, and methods, that messages begin with and no command is called."""
-
 
 def in_words_of_shell(text: str) -> str:
     """
@@ -53,14 +50,14 @@ def in_words_of_shell(text: str) -> str:
 
 def error_text(error: BaseException) -> str:
     """
-    The message of an error, with keys of case files in place of calls, and without names of functions and classes.
+    The message of an error, with keys of case files in place of calls and of names of classes.
 
     Examples
     --------
-    >>> error_text(ValueError("pull_off: no adhesion; give Contact(..., adhesion=JKR('50 mJ/m^2'))"))
+    >>> error_text(ValueError("no adhesion; give Contact(..., adhesion=JKR('50 mJ/m^2'))"))
     "no adhesion; give [adhesion] kind = 'jkr', work = '50 mJ/m^2'"
-    >>> error_text(ValueError("wear: write load('10 N') >> cycle(shift='1 um')"))
-    "wear: write [[path]] kind = 'load', normal_force = '10 N' and [[path]] kind = 'cycle', shift = '1 um'"
+    >>> error_text(ValueError("write load('10 N') >> cycle(shift='1 um')"))
+    "write [[path]] kind = 'load', normal_force = '10 N' and [[path]] kind = 'cycle', shift = '1 um'"
     >>> error_text(ValueError("a.toml: [friction] Coulomb.coefficient = -1: it must be at least 0; leave mu= out"))
     'a.toml: [friction] coefficient = -1: it must be at least 0; leave mu out'
     >>> error_text(ValueError("runs/load(1).toml: [profile] my hold(2).csv: no column"))
@@ -68,17 +65,13 @@ def error_text(error: BaseException) -> str:
     >>> error_text(ValueError("a.toml: [profile] Sphere.csv: no column; radius[1]: cannot read 'x'"))
     "a.toml: [profile] Sphere.csv: no column; entry 2 of radius: cannot read 'x'"
     """
-    import pymdr
-
     kinds = _kinds()
 
     def key(match: re.Match[str]) -> str:
         is_argument = match[1] in kinds and match[2] in kinds[match[1]].keys
         return match[2] if is_argument else match[0]  # or a file
 
-    functions = "|".join((*(name for name in dir(pymdr) if "_" in name), *_FUNCTIONS))
-    message = re.sub(rf"(^|: )(?:{functions}): ", r"\1", in_words_of_shell(str(error)))
-    message = re.sub(r"(?<=\] )([A-Z]\w+)\.([a-z]\w*)", key, message)
+    message = re.sub(r"(?<=\] )([A-Z]\w+)\.([a-z]\w*)", key, in_words_of_shell(str(error)))
     message = re.sub(
         r"(?:(?<=[:;\]] )|^)([a-z]\w*)\[(\d+)\](?=: )",
         lambda at: f"entry {int(at[2]) + 1} of {at[1]}",
