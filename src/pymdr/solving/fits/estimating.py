@@ -27,6 +27,7 @@ from pymdr.solving.fits.determining import refuse_equal_works, refuse_noisy, ref
 from pymdr.solving.fits.edges import off_jumps, solve_edge
 from pymdr.solving.fits.loops import ShearRecord
 from pymdr.solving.fits.minimizing import (
+    GAIN,
     TOLERANCE,
     Minimum,
     minimize_from,
@@ -39,7 +40,7 @@ from pymdr.solving.fits.results import Fitted
 from pymdr.solving.fits.searching import Modelled, Search
 from pymdr.solving.fits.spectrum import NORMAL_95, WHITE_PRIOR, NoiseSpectra, noise_spectra
 from pymdr.solving.fits.timing import refuse_untimed
-from pymdr.solving.fits.touching import ROUNDS_OF_JUMPS, BoolArray
+from pymdr.solving.fits.touching import ROUNDS_OF_JUMPS, BoolArray, off_changes
 from pymdr.solving.fits.unknowns import (
     CONTACT_POINT,
     ORIGINS,
@@ -165,7 +166,7 @@ def _estimate_near(search: Search, few: Search, best: FloatArray, wide: FloatArr
         minimum = blocks.refined(best)
     else:
         samples = sum(one.force.size for one in search.curves)
-        tolerance = _FOLLOWED / samples if follows_edge else TOLERANCE
+        tolerance = (_FOLLOWED if follows_edge else GAIN) / samples
         search, minimum = _least_off_jumps(search, used, best, tolerance)
     refuse_unsettled(minimum)
     best = minimum.free
@@ -186,20 +187,21 @@ def _least_off_jumps(
     """
     The least squares of the used samples, and the search over them.
 
-    Those adjacent to jumps are left out. The jumps are those of the end itself, found in turn, but for an edge with a history, where a
-    search takes seconds.
+    With adhesion the samples in contact are fixed, and those adjacent to jumps left out. The jumps are those of the end itself, found in turn,
+    but for an edge with a history, where a search takes seconds.
     """
-    if search.jumps and not search.used and all(one.compliance == 0.0 for one in search.measured):
-        # the samples beside a jump, which are left out, decide between which samples it is
-        search = replace(search, touches=tuple(one.touches for one in search.models(best)))
-    for _ in range(ROUNDS_OF_JUMPS):
+    if search.used or search.contact.adhesion is None or search.shears or search.contact.has_edge_history:
         own = search if all(part.all() for part in used) else replace(search, used=used)
+        return own, minimize_from(own, best, tolerance=tolerance)
+    # the samples beside the jump of a constant pull, which are left out, decide between which samples it is
+    stays = search.jumps and all(one.compliance == 0.0 for one in search.measured)
+    touches = tuple(one.touches for one in search.models(best))
+    for _ in range(ROUNDS_OF_JUMPS):
+        own = replace(search, touches=touches, used=tuple(map(off_changes, touches)))
         minimum = minimize_from(own, best, tolerance=tolerance)
-        if search.used or search.contact.adhesion is None or search.shears or search.contact.has_edge_history:
-            break
-        left, best = used, minimum.free
-        used = samples_off_jumps(own.models(best), own)
-        if all(np.array_equal(*pair) for pair in zip(left, used, strict=True)):
+        best, left = minimum.free, touches
+        touches = left if stays else tuple(one.touches for one in search.models(best))
+        if all(np.array_equal(*pair) for pair in zip(left, touches, strict=True)):
             break
     return own, minimum
 

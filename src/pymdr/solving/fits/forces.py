@@ -126,18 +126,25 @@ class AdhesiveForces:
         The energy of an equilibrium is stationary, so that the rate of its derivative F = dU/dd over a parameter is the derivative of the rate of
         the energy over the parameter: that of the elastic energy over the modulus, -pi c^2 over the work.
         """
-        deepest = math.sqrt(self.end - self.fold)
-        least = np.array([0.0, 1e-3 * deepest])
-        root = np.concatenate([least, np.sqrt(np.clip(depth - self.fold, least[1] ** 2, deepest**2))])
+        deepest, soft = math.sqrt(self.end - self.fold), self.compliance
+        root = np.sqrt(np.clip(depth - self.fold, (1e-3 * deepest) ** 2, deepest**2))
+        energies = self._energy_cubics()
         force, rise = self._at_roots(root)
-        elastic, area = (self._at_roots(root, cubics)[1] for cubics in self._energy_cubics())
+        elastic, area = (self._at_roots(root, cubics)[1] for cubics in energies)
+        _, bend, start_rise, start_force = self._cubics[:, 0]
         before, effects = depth < self.fold, []
-        # half slopes over the root are those over the depth, times the root
-        for half in (0.5 * elastic, -0.5 * area, force * (root - 0.5 * self.compliance * rise)):
-            moved = -2.0 * half[0] / rise[0] if rise[0] != 0.0 else 0.0
-            curved = (rise[1] - rise[0]) / least[1]
-            of_fold = (half[1] - half[0]) / least[1] + 0.5 * curved * moved
-            effects.append(np.where(before, of_fold, half[2:] / root[2:]))
+        # half slopes over the root are those over the depth, times the root; and those of the fold, with their own slopes there
+        for half, start, slope in (
+            (0.5 * elastic, 0.5 * energies[0][2, 0], energies[0][1, 0]),
+            (-0.5 * area, -0.5 * energies[1][2, 0], -energies[1][1, 0]),
+            (
+                force * (root - 0.5 * soft * rise),
+                -0.5 * soft * start_force * start_rise,
+                start_force * (1.0 - soft * bend) - 0.5 * soft * start_rise**2,
+            ),
+        ):
+            moved = -2.0 * start / start_rise if start_rise != 0.0 else 0.0
+            effects.append(np.where(before, slope + bend * moved, half / root))
         return effects[0], effects[1], effects[2]
 
     def radius(self, depth: FloatArray) -> FloatArray:

@@ -17,6 +17,8 @@ from pymdr.units import FloatArray
 _FORWARD = 1e-6
 """Step of the free numbers of forward differences."""
 TOLERANCE, _TRIALS = 1e-8, 400
+GAIN = 1e-6
+"""Gain of the sum of squares, in variances of the noise, with which the last search ends: a thousandth of a standard error."""
 _PATIENCE = 80
 """Trials after which a search that reduces the sum of squares by less than one variance of the noise is given up: it creeps along a valley."""
 

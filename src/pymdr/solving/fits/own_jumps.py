@@ -16,7 +16,7 @@ from pymdr.solving.fits.forces import Forces, forces_of
 from pymdr.solving.fits.minimizing import forward_steps
 from pymdr.solving.fits.results import FitResult
 from pymdr.solving.fits.searching import Search
-from pymdr.solving.fits.touching import BoolArray, in_contact_by_law
+from pymdr.solving.fits.touching import BoolArray, in_contact_by_law, off_changes
 from pymdr.solving.fits.unknowns import BASELINE, TILT, put_into
 from pymdr.units import FloatArray
 
@@ -53,7 +53,7 @@ def judged(result: FitResult) -> Judged:
     if result.contact.adhesion is None or search.shears or result.contact.has_edge_history:
         residuals, used = result.data["residual"].values, result.data["used"].values
         if result.contact.has_edge_history:
-            used = np.concatenate([_off_jumps(one.touches) for one in search.models(result.free)])
+            used = np.concatenate([off_changes(one.touches) for one in search.models(result.free)])
         return Judged(float((residuals[used] ** 2).mean()), residuals, used)
     touches = tuple(one.touches for one in search.models(result.free))
     refitted = _with_jumps_near(replace(search, touches=touches), result.free)
@@ -178,23 +178,14 @@ def _at_best_points(search: Search, free: FloatArray) -> Judged:
         inside = in_contact_by_law(at, jumps.onset, jumps.fold)
         depths = np.maximum(at, jumps.fold).ravel()
         model = np.where(inside, jumps.forces.at(depths)[0].reshape(at.shape), 0.0)
-        least = int(np.argmin(np.mean((one.force - model) ** 2, axis=1, where=_off_jumps(inside))))
+        least = int(np.argmin(np.mean((one.force - model) ** 2, axis=1, where=off_changes(inside))))
         own[search.place] += float(shifts[least])
         touches.append(inside[least])
     moved_free = search.to_free(values.tolist(), moved)
     models = replace(search, touches=tuple(touches)).models(moved_free)
     residuals = np.concatenate([one.force - one.model for one in models])
-    used = np.concatenate([_off_jumps(one) for one in touches])
+    used = np.concatenate([off_changes(one) for one in touches])
     return Judged(float((residuals[used] ** 2).mean()), residuals, used)
-
-
-def _off_jumps(inside: BoolArray) -> BoolArray:
-    """Samples that are not adjacent to a change of contact, shape (..., samples)."""
-    keep = np.ones(inside.shape, dtype=bool)
-    jumps = inside[..., 1:] != inside[..., :-1]
-    keep[..., 1:] &= ~jumps
-    keep[..., :-1] &= ~jumps
-    return keep
 
 
 def _shifts(position: FloatArray, fold: float) -> FloatArray:

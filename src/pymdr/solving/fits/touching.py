@@ -50,6 +50,14 @@ def in_contact_by_law(position: FloatArray, onset: float, fold: float | FloatArr
     return touches
 
 
+def off_changes(touches: BoolArray) -> BoolArray:
+    """Samples that are not adjacent to a change of contact, shape (..., samples)."""
+    keep, changes = np.ones(touches.shape, dtype=np.bool_), touches[..., 1:] != touches[..., :-1]
+    keep[..., 1:] &= ~changes
+    keep[..., :-1] &= ~changes
+    return keep
+
+
 def _best_count(gain: FloatArray) -> int:
     """The number of samples, counted from the deepest one, with the largest sum of gains."""
     total = np.cumsum(gain)
