@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -64,6 +65,15 @@ _UNKNOWN = (
 )
 
 
+class Slip(NamedTuple):
+    """What slips in the rows of a contact with friction."""
+
+    stuck: FloatArray
+    """Depths in m at which the contact is as large as the part that sticks, whose stiffness is the tangential one."""
+    opposed: FloatArray
+    """Sum of the magnitudes of the tangential forces of all parts over that of F_x, which is far smaller near a change of sign."""
+
+
 def closure_claims(
     claims: Mapping[str, Claim],
     closure: Closure,
@@ -73,7 +83,7 @@ def closure_claims(
     sheared: bool = False,
     prescribed: Mapping[str, BoolArray] | None = None,
     balance: FloatArray | None = None,
-    stuck: FloatArray | None = None,
+    slip: Slip | None = None,
 ) -> dict[str, Claim]:
     """
     Claims of a law for a contact that is known by its force curve.
@@ -89,15 +99,15 @@ def closure_claims(
     balance : ndarray of shape (2, n), optional
         Work of the tangential force and stored energy, over the dissipated energy; inf where unknown. Their difference bounds the
         error of the dissipation where the rise of the stiffness does not, as in sliding.
-    stuck : ndarray, optional
-        With friction: depths in m at which the contact is as large as the part that sticks, whose stiffness is the tangential one.
+    slip : Slip, optional
+        With friction.
     """
     is_viscoelastic = remembered is not None or sheared
     both = closure.error, closure.given_error
     errors, given = (closure_errors(one, depth, is_viscoelastic=is_viscoelastic) for one in both)
-    if stuck is not None:
+    if slip is not None:
         for each, error_at in zip((errors, given), both, strict=True):
-            of_stuck = np.where(stuck > 0.0, error_at(stuck)[0], 0.0)
+            of_stuck = np.where(slip.stuck > 0.0, error_at(slip.stuck)[0], 0.0)
             each["tangential_stiffness"] = np.maximum(each["tangential_stiffness"], of_stuck)
     if balance is not None:
         unknown = ~(errors["dissipated_energy"] + np.nan_to_num(given["dissipated_energy"]) < 1.0)
@@ -106,6 +116,14 @@ def closure_claims(
         for each in (errors, given):
             bound = work * each["tangential_force"] + stored * each["stored_tangential_energy"]
             each["dissipated_energy"] = np.where(unknown, bound, each["dissipated_energy"])
+    known = dict(prescribed or {})
+    if slip is not None:
+        # forces near 0 stay: they are known to a part of mu F_N
+        size = errors["tangential_force"] + np.nan_to_num(given["tangential_force"])
+        known["tangential_force"] = known.get("tangential_force", False) | (size < 1.0)
+        for each in (errors, given):
+            error = each["tangential_force"]
+            each["tangential_force"] = np.where(error > 0.0, error * slip.opposed, error)
     remark = "; only the scatter of the points is known: ForceCurve.error was not given"
     if closure.given is not None:
         remark = "; errors include those of the points"
@@ -117,8 +135,7 @@ def closure_claims(
         elif claim.level is Level.NOT_VALID or claim.reason.startswith("prescribed"):
             adjusted[name] = replace(claim, reason=claim.reason.replace(_ON_A_DISK, ""))
         else:
-            known = False if prescribed is None else prescribed.get(name, False)
-            own = _of_curve(claim, (errors[name], given[name]), remembered, known)
+            own = _of_curve(claim, (errors[name], given[name]), remembered, known.get(name, False))
             adjusted[name] = _with_given(own, given[name], remark)
     return adjusted
 
@@ -126,7 +143,10 @@ def closure_claims(
 def _of_curve(
     claim: Claim, errors: tuple[FloatArray, FloatArray], remembered: BoolArray | None, known: BoolArray | bool
 ) -> Claim:
-    """The claim of a law for a contact given by its force curve, valid where the errors of the curve and of its points are below 1."""
+    """
+    The claim of a law for a contact given by its force curve, valid where the errors of the curve and of its points are below 1 and
+    where the value is `known` otherwise.
+    """
     error, given = errors
     reason_of_law, level = claim.reason.replace(_ON_A_DISK, ""), claim.level
     if remembered is not None:

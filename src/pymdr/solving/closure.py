@@ -11,8 +11,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pymdr.errors import ConvergenceError, PathError, ProblemError
-from pymdr.interpretation.closure import OF_THE_CURVE, closure_claims, regrown
+from pymdr.interpretation.closure import OF_THE_CURVE, Slip, closure_claims, regrown
+from pymdr.interpretation.traction import curves_down_to
 from pymdr.interpretation.validity import Claim
+from pymdr.line.friction import follow_displacements, virgin_state
+from pymdr.line.friction.driver import evaluate
 from pymdr.mapping.closure import closure_of
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.moduli import effective_moduli
@@ -21,6 +24,7 @@ from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.profiles import ForceCurve
 from pymdr.problem.schedule import planned
 from pymdr.result import Reading, Result, Status
+from pymdr.solving.mapped import map_to_springs
 from pymdr.solving.walk import Task, prescribed_rows
 from pymdr.units import FloatArray, metres
 
@@ -71,7 +75,7 @@ def solve_on_curve(history: Callable[[Task], Result], task: Task) -> Result:
         sheared=result.contact.friction is not None,
         prescribed=prescribed_rows(task),
         balance=_balance(task, result),
-        stuck=_stuck_depth(result),
+        slip=_slip(result),
     )
     kept = data.drop_vars([name for name in data if not _is_determined(str(name), claims)])
     return replace(
@@ -105,13 +109,49 @@ def _balance(task: Task, result: Result) -> FloatArray | None:
         return np.asarray(np.array([work, stored]) / data["dissipated_energy"].values)
 
 
-def _stuck_depth(result: Result) -> FloatArray | None:
-    """Depths in m at which the contact is as large as the part that sticks; None without friction."""
+def _opposed(result: Result) -> FloatArray:
+    """Magnitudes of the tangential forces of all parts over that of F_x; 1 where the stack of turning points along a line is not known."""
+    friction, data = result.contact.friction, result.data
+    one = np.ones(data.sizes["step"])
+    if friction is None or not math.isfinite(friction.coefficient) or result.contact.is_viscoelastic:
+        return one
+    depth, shift = (
+        data[name].values if name in data else one * math.nan for name in ("indentation", "shift")
+    )
+    if shift.ndim != 1 or not np.isfinite([depth, shift]).all():
+        return one
+    moduli = effective_moduli(result.contact.body, result.contact.counterbody)
+    curves = curves_down_to(map_to_springs(result.contact).line, float(depth.max(initial=0.0)))
+    start = virgin_state(friction.coefficient, moduli.normal / moduli.tangential)
+    history = follow_displacements(
+        curves,
+        depth,
+        shift,
+        friction.coefficient,
+        moduli.tangential,
+        start=start,
+        checkpoints=range(depth.size),
+    )
+    if len(history.checkpoints) < depth.size:
+        return one
+    states = [history.checkpoints[row] for row in range(depth.size)]
+    row = np.repeat(np.arange(depth.size), [state.slope.size for state in states])
+    slope = np.concatenate([state.slope for state in states])
+    force = evaluate(curves, np.concatenate([state.y for state in states]))[1]
+    ends = np.cumsum([state.y.size for state in states]) - 1
+    part = slope * np.delete(np.diff(force), ends[:-1])
+    whole, sizes = np.bincount(row, part, depth.size), np.bincount(row, np.abs(part), depth.size)
+    with np.errstate(divide="ignore"):
+        return np.divide(sizes, np.abs(whole), out=one, where=sizes > 0.0)
+
+
+def _slip(result: Result) -> Slip | None:
+    """What slips in the rows; None without friction."""
     if "stick_radius" not in result.data:
         return None
     line = equivalent_profile(result.contact.profile)
     radius = np.nan_to_num(result.data["stick_radius"].values)
-    return line.g(np.minimum(radius, line.max_radius))
+    return Slip(line.g(np.minimum(radius, line.max_radius)), _opposed(result))
 
 
 def _is_determined(name: str, claims: Mapping[str, Claim]) -> bool:
