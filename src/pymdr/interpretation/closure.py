@@ -143,10 +143,7 @@ def closure_claims(
 def _of_curve(
     claim: Claim, errors: tuple[FloatArray, FloatArray], remembered: BoolArray | None, known: BoolArray | bool
 ) -> Claim:
-    """
-    The claim of a law for a contact given by its force curve, valid where the errors of the curve and of its points are below 1 and
-    where the value is `known` otherwise.
-    """
+    """The claim of a law for a contact given by its force curve, valid where a value is known or the errors are below 1."""
     error, given = errors
     reason_of_law, level = claim.reason.replace(_ON_A_DISK, ""), claim.level
     if remembered is not None:
