@@ -317,11 +317,11 @@ def test_noise_of_samples_is_named_with_its_remedy():
     samples = mdr.Sampled(r, r * r / 2e-6 + 2e-11 * rng.standard_normal(r.size))
     line = equivalent_profile(samples)
     words = noise_remark(samples, line, 5e-8)
-    assert "SmoothingSpline()" in words
+    assert "in Python with SmoothingSpline" in words
     assert "decreases by" in words
     assert noise_remark(bump(3e-8), equivalent_profile(bump(3e-8)), 1e-5) == ""
     contact = mdr.Contact(samples, UNIT, friction=mdr.Coulomb(0.3))
-    with pytest.raises(mdr.ProblemError, match=r"SmoothingSpline\(\)"):
+    with pytest.raises(mdr.ProblemError, match="in Python with SmoothingSpline"):
         mdr.solve(contact, mdr.indent(5e-8) >> mdr.shift(1e-9))
 
 

@@ -215,7 +215,7 @@ def test_a_noisy_tip_is_told_of_its_one_line(tmp_path, monkeypatch, shell):
         "[adhesion]\nkind = 'jkr'\nwork = '20 mJ/m^2'\n"
     )
     assert shell("pull-off", case)[2].endswith(
-        "smooth them with interpolation = { kind = 'smoothing_spline' }\n"
+        "smooth them with interpolation = { kind = 'smoothing_spline' }, in Python with SmoothingSpline\n"
     )
     table.write_text("\n".join([rows[0], "x,0"]))
     assert shell("pull-off", case)[2].startswith("pymdr: tip.toml: [profile] Tip.csv, line 2: r [nm] = 'x'")
@@ -794,7 +794,7 @@ def test_rough_surfaces_from_the_shell(rough, tmp_path, shell):
         assert words in error, error
         assert len(error.splitlines()) == 1
     rough.write_text(text)
-    assert "give exactly one of --normal-force and --indentation" in shell("rough", rough)[2]
+    assert "give exactly one of normal_force and indentation" in shell("rough", rough)[2]
     assert "write --normal-force '-3 N'" in shell("rough", rough, "--normal-force", "-3")[2]
     assert "above 0 N" in shell("rough", rough, "--normal-force", "-3 N")[2]
     assert "--points 1" in shell("rough", rough, "--normal-force", "1 N", "--points", "1")[2]

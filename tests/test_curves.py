@@ -46,12 +46,12 @@ def test_signs_that_the_maker_defines_are_kept_whatever_the_record_shows():
     assert "as JPK Instruments" in of_jpk.orient().step.description
     for kept in (
         of_jpk.orient(),
-        record.orient(keep=True),
+        record.orient(keep_signs=True),
         record.prepare(baseline="0 N", contact_point="0 m", keep_signs=True),
     ):
         assert kept.step is not None
         assert np.all(kept.force <= 0.0)
-    assert np.all(of_jpk.orient(keep=False).force >= 0.0)
+    assert np.all(of_jpk.orient(keep_signs=False).force >= 0.0)
     assert np.all(of_jpk.orient({"force": -1.0, "indentation": 1.0}).force >= 0.0)
     flat = 1e-12 * np.random.default_rng(3).normal(size=400)
     turned = mdr.MeasuredCurve(force=flat, indentation=record.indentation).orient(
@@ -59,7 +59,8 @@ def test_signs_that_the_maker_defines_are_kept_whatever_the_record_shows():
     )
     bare = mdr.Contact(mdr.Paraboloid("1 um"), mdr.Elastic("1 kPa", 0.5))
     with pytest.raises(
-        ProblemError, match=r"the sign of its force was reversed: keep it .*curve\.orient\(keep=True\)"
+        ProblemError,
+        match="the sign of its force was reversed: if compression was positive, keep it with keep_signs;",
     ):
         mdr.fit(bare, turned, ["body.young"])
 

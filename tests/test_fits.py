@@ -461,7 +461,7 @@ def test_a_curve_from_a_file_by_the_shell(tmp_path):
     assert (tmp_path / "out/fit.csv").read_text().startswith("indentation [m],normal_force [N],model [N]")
     without = CliRunner().invoke(app, arguments)
     assert without.exit_code != 0
-    assert "give --spring-constant, such as" in json.loads(without.stdout)["error"]["message"]
+    assert "give spring_constant, such as" in json.loads(without.stdout)["error"]["message"]
     (tmp_path / "bad.csv").write_text("travel [um]\n1\n")
     with pytest.raises(CaseError, match="load"):
         read_curve(tmp_path / "bad.csv", spring_constant=1.0)

@@ -90,7 +90,7 @@ def test_what_is_missing_and_the_trend(tmp_path):
     )
     with pytest.raises(
         mdr.CaseError,
-        match=r"1 of 48 heights are missing; give missing='interpolate', 'crop' or 'keep'",
+        match=r"1 of 48 heights are missing; give missing: 'interpolate', 'crop' or 'keep'",
     ):
         mdr.read_topography(file)
     kept = mdr.read_topography(file, missing="keep")

@@ -259,7 +259,7 @@ def test_tables_contain_the_requested_quantities(tmp_path_factory, names, in_meg
         ({"quantities": ["pressure"]}, "is a field"),
         (
             {"quantities": ["indentation"], "units": {"peak_pressure": "MPa"}},
-            "'peak_pressure', which is not written; add it to quantities=",
+            "'peak_pressure', which is not written; add it to the quantities",
         ),
     ):
         with pytest.raises(mdr.QuantityError, match=words):

@@ -788,7 +788,7 @@ def test_adhesion_on_noisy_samples_names_the_remedy(samples, noise, seed, size):
     r = np.linspace(0.0, size, samples)
     f = r**2 / (2.0 * size) + noise * 0.5 * size * np.random.default_rng(seed).standard_normal(samples)
     law = mdr.JKR(1e-4 * size * 1e9)
-    remedy = r"noise of about .*: smooth them with interpolation=SmoothingSpline\(\)"
+    remedy = r"noise of about .*: smooth them with interpolation = \{ kind = 'smoothing_spline' \}, in Python with SmoothingSpline"
 
     def contact(**keys):
         return mdr.Contact(mdr.Sampled(r, f, **keys), mdr.Elastic("1 GPa", 0.3), adhesion=law)

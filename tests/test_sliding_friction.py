@@ -434,7 +434,7 @@ FALLING = mdr.Function(lambda r: r**2 / 2 + 0.05 * (1 - np.cos(20 * r)))
     ("make", "message"),
     [
         (lambda: 3, "not a Contact"),
-        (lambda: mdr.Contact(BALL.profile, mdr.Elastic("1 MPa", 0.5)), "no body is Viscoelastic"),
+        (lambda: mdr.Contact(BALL.profile, mdr.Elastic("1 MPa", 0.5)), "no body is viscoelastic"),
         (lambda: mdr.Contact(BALL.profile, RUBBER, RUBBER), "both bodies"),
         (lambda: mdr.Contact(BALL.profile, RUBBER, friction=mdr.Coulomb(0.3)), "friction of the surfaces"),
         (lambda: mdr.Contact(BALL.profile, RUBBER, adhesion=mdr.JKR("1 mJ/m^2")), "no limit of short range"),

@@ -305,7 +305,7 @@ def _read_text(text: str, unit: str, name: str) -> float:
     number, given = match.groups()
     if given is None and unit:
         raise UnitError(
-            f"{name}: {text!r} has no unit; write for example {example_of(unit)!r}, or a plain number in {unit}"
+            f"{name}: {text!r} has no unit; write for example {example_of(unit)!r}, or in Python and case files a number without quotes, in {unit}"
         )
     try:
         return float(_scaled(float(number), _factor(given, unit)) + _zero(given, unit) if given else number)

@@ -27,6 +27,7 @@ from pymdr.line.layered import LayeredLine
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.numerics.panels import BoolArray, Place
 from pymdr.problem.profiles import Profile, Sampled
+from pymdr.problem.profiles.sampled import SMOOTHED
 from pymdr.quantities import QUANTITIES
 from pymdr.units import FloatArray, metres, written
 
@@ -222,10 +223,7 @@ def noise_remark(profile: Profile, equivalent: EquivalentProfile, deepest: float
     errors = _SLOPE_ERROR * noise * max(math.sqrt(2.0 * worst.stop / spacing), 1.0)
     if worst.drop > 2.0 * _MAX_NOISE_RATIO * errors:
         return f"{where}, more than the noise of the samples ({metres(noise)}) can cause"
-    return (
-        f"{where}, which the noise of the samples ({metres(noise)}) can cause: smooth them with "
-        "Sampled(..., interpolation=SmoothingSpline())"
-    )
+    return f"{where}, which the noise of the samples ({metres(noise)}) can cause: {SMOOTHED}"
 
 
 def _among(intervals: tuple[tuple[float, float], ...], d: FloatArray) -> BoolArray:

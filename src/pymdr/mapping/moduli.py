@@ -153,7 +153,7 @@ def _(body: Graded) -> SurfaceCompliances:
 @surface_compliances.register
 def _(body: Viscoelastic) -> SurfaceCompliances:
     raise ProblemError(
-        "the stiffness of a Viscoelastic body depends on the history; solve(...) computes it, and "
+        "the stiffness of a viscoelastic body depends on the history; solve(...) computes it, and "
         "pymdr.relaxation_of(body, counterbody) gives E*(t); for studies without a history use Elastic with the stiffness at "
         "one time"
     )

@@ -17,14 +17,6 @@ from pymdr.presentation.text import StudyText
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_IN_WORDS = {
-    "mark outliers (curve.mark_outliers()), ": "remove outliers, ",
-    "check the signs with curve.orient()": "check the signs of force and position",
-    " (curve.orient(keep=True))": "",
-    "; read_curves(..., leave_out_missing=True) omits them": "",
-    "leave them out with prepare or mark_saturated": "leave them out",
-}
-"""Remedies in Python -> words of a report."""
 _SUFFIXES, _DPI = (".html", ".htm"), 130
 _STYLE = """
 body { font: 10.5pt/1.4 Georgia, "Times New Roman", serif; max-width: 62em; margin: 2em auto; padding: 0 1em; color: #111; }
@@ -96,18 +88,11 @@ def _headed(heading: str, content: str) -> str:
 
 
 def _lines(lines: Iterable[str]) -> str:
-    return "".join(f"<p>{_in_words(line)}</p>" for line in lines)
+    return "".join(f"<p>{escape(line)}</p>" for line in lines)
 
 
 def _escaped(rows: Iterable[Sequence[str]]) -> list[list[str]]:
-    return [[_in_words(cell) for cell in row] for row in rows]
-
-
-def _in_words(text: str) -> str:
-    """A text of a report, without code."""
-    for code, words in _IN_WORDS.items():
-        text = text.replace(code, words)
-    return escape(text)
+    return [[escape(cell) for cell in row] for row in rows]
 
 
 def _section(section: ReportPart) -> str:

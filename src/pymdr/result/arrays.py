@@ -137,7 +137,7 @@ def titled_columns(
     for name in units:
         if name not in table:
             raise QuantityError(
-                f"units has {shown(name)}, which is not written; add it to quantities= (available: {', '.join(known)})"
+                f"units has {shown(name)}, which is not written; add it to the quantities (available: {', '.join(known)})"
             )
     columns: dict[str, np.ndarray] = {"step": np.arange(table.sizes["step"])}
     if rows is not None:

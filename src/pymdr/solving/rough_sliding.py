@@ -137,7 +137,7 @@ def _relaxation(surface: RoughSurface, body: Material) -> Relaxation:
         )
     if not isinstance(body, Viscoelastic):
         raise ProblemError(
-            f"{body!r} is not Viscoelastic, and elastic bodies dissipate nothing below a moving line; give a Viscoelastic body"
+            f"{body!r} is not viscoelastic, and elastic bodies dissipate nothing below a moving line; give a viscoelastic body"
         )
     relaxation = None if isinstance(body.shear, PowerLawRheology) else relaxation_of(body)
     if relaxation is None or relaxation.rubbery == 0.0:

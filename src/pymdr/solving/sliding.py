@@ -231,7 +231,7 @@ def _read(contact: Contact, normal_force: QuantityLike | None, indentation: Quan
     refuse_curve(contact, "sliding needs the slope of its surface")
     if not contact.is_viscoelastic:
         raise ProblemError(
-            "no body is Viscoelastic, and elastic bodies dissipate nothing below a moving profile; give for example "
+            "no body is viscoelastic, and elastic bodies dissipate nothing below a moving profile; give for example "
             "Viscoelastic(StandardSolid('1 MPa', '9 MPa', '1 ms'), poisson=0.5)"
         )
     if contact.friction is not None and contact.friction.coefficient > 0.0:

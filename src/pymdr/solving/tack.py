@@ -171,7 +171,7 @@ def pull_off(
             if value is not None:
                 raise ProblemError(
                     f"{name} = {value!r}, but the bodies have no memory, and their pull-off does not depend on time; leave it out, "
-                    "or give a Viscoelastic body"
+                    "or give a viscoelastic body"
                 )
         return elastic_pull_off(
             contact, machine_stiffness=machine_stiffness, pressed_to=pressed_to, preload=preload

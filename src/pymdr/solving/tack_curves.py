@@ -160,7 +160,7 @@ def pull_off_curve(
     adhesive(contact)
     if not contact.is_viscoelastic:
         raise ProblemError(
-            "the bodies have no memory, and their pull-off does not depend on time; call pull_off, or give a Viscoelastic body"
+            "the bodies have no memory, and their pull-off does not depend on time; call pull_off, or give a viscoelastic body"
         )
     tolerance = options.get("tolerance")
     check_tolerance(contact, tolerance)

@@ -55,7 +55,7 @@ def pull_off_of(contact: Contact, *, edge: bool = False, **given: Any) -> Study:
     """
     if edge and not contact.is_viscoelastic:
         raise ProblemError(
-            "edge: the bodies have no memory, and the work of their edge does not depend on its speed; leave edge out, or give a Viscoelastic body"
+            "edge: the bodies have no memory, and the work of their edge does not depend on its speed; leave edge out, or give a viscoelastic body"
         )
     from pymdr.solving.tack import TackPullOff, pull_off
     from pymdr.solving.tack_curves import pull_off_curve

@@ -283,7 +283,7 @@ def read_segment(file: str | os.PathLike[str], segment: str = "record", **option
 def _ready(parts: Sequence[MeasuredCurve], segment: str, keep_signs: bool | None) -> MeasuredCurve:
     """One record with its signs, marks and baseline, which is that of its approach."""
     whole = parts[0].join(*parts[1:]).mark_outliers()
-    oriented = whole.orient(keep=keep_signs)
+    oriented = whole.orient(keep_signs=keep_signs)
     signs = oriented.step
     assert signs is not None
     # segments are named by the travel of the probe, once its sign is known

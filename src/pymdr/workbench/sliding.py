@@ -164,7 +164,7 @@ def verify_sliding(
         raise ProblemError("adhesion with friction has no independent solver here; leave one of them out")
     if contact.is_viscoelastic:
         raise ProblemError(
-            "the grid solves friction of elastic bodies only, and a body is Viscoelastic; use Elastic with the stiffness at "
+            "the grid solves friction of elastic bodies only, and a body is viscoelastic; use Elastic with the stiffness at "
             "one time, or leave friction out (rings then solve the viscoelastic contact)"
         )
     if not 0.0 < contact.friction.coefficient < math.inf:

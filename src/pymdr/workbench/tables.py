@@ -387,7 +387,7 @@ def read_force_columns(file: str | os.PathLike[str], *, missing: bool) -> dict[s
     try:
         columns = _read(file, _FORCE_RECORD, (), "time [s], load [mN], travel [um]", names)
     except _MissingEntryError as error:
-        raise CaseError(f"{error}; read_curves(..., leave_out_missing=True) omits them") from error
+        raise CaseError(f"{error}; leave_out_missing omits them") from error
     if not {"normal_force", *_DEFLECTIONS} & set(columns):
         raise CaseError(
             f"{file} is a table of {', '.join(columns)} without a force; name a column 'load' or 'deflection' with its unit, for example 'load [N]'"

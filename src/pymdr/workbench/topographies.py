@@ -107,7 +107,7 @@ def read_topography(
         count = int(surface.missing.sum())
         if missing is None:
             raise CaseError(
-                f"{source}: {count} of {surface.heights.size} heights are missing; give missing='interpolate', 'crop' or 'keep'"
+                f"{source}: {count} of {surface.heights.size} heights are missing; give missing: 'interpolate', 'crop' or 'keep'"
             )
         surface = surface.fill_missing(missing)
     return surface if detrend is None else surface.detrend(detrend)

@@ -22,6 +22,8 @@ CLOSEST = 1e-9
 """Least distance of neighbours over their radius; below it double precision cannot resolve a slope."""
 WIDEST = 1e30
 """Largest ratio of the last radius to the first above 0; third powers of larger ones overflow."""
+SMOOTHED = "smooth them with interpolation = { kind = 'smoothing_spline' }, in Python with SmoothingSpline"
+"""Remedy for samples with noise."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -258,10 +260,7 @@ class Sampled(Profile):
         least = _NO_NOISE * max(1.0, 20.0 / self.radius.size) ** 5 * float(np.ptp(self.height))
         if isinstance(self.interpolation, SmoothingSpline) or self.noise <= least:
             return ""
-        return (
-            f"the curve passes through every sample, and these have a noise of about {metres(self.noise)}: smooth them with "
-            "interpolation=SmoothingSpline(), in a case file interpolation = { kind = 'smoothing_spline' }"
-        )
+        return f"the curve passes through every sample, and these have a noise of about {metres(self.noise)}: {SMOOTHED}"
 
     @property
     def max_radius(self) -> float:

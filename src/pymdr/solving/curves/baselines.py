@@ -13,6 +13,8 @@ from pymdr.problem.measured import MeasuredSamples, Samples, Step
 from pymdr.solving.curves.branches import Branch, branch_of, broken_power, spread
 from pymdr.units import FloatArray, QuantityLike, to_si, written
 
+CHECK_SIGNS = "check the signs of force and position (with keep_signs compression is positive)"
+"""Remedy for records without contact."""
 _LEAST = 10
 _SEEN = 5.0
 """Smallest rise of a contact relative to the noise."""
@@ -117,7 +119,7 @@ def check_contact(branch: Branch, rise: float, noise: float, evidence: float) ->
         raise ProblemError(
             f"the curve shows no contact: over {written(float(np.ptp(branch.position)), 'm')} its force deviates from a straight line by "
             f"{written(rise, 'N')}, with a noise of {written(noise, 'N')} (limit {_SEEN:g} times the noise); press "
-            "deeper, begin at a larger distance, or check the signs with curve.orient()"
+            f"deeper, begin at a larger distance, or {CHECK_SIGNS}"
         )
 
 

@@ -23,7 +23,9 @@ _KNOWN = ("JPK",)
 """Beginnings of the formats, in the metadata of curves, whose files have these signs: compression positive, the height falling toward the body."""
 
 
-def orient(curve: Samples, signs: Mapping[str, Fact] | None = None, *, keep: bool | None = None) -> Samples:
+def orient(
+    curve: Samples, signs: Mapping[str, Fact] | None = None, *, keep_signs: bool | None = None
+) -> Samples:
     """
     Change signs such that compression is positive and the position increases toward the body.
 
@@ -37,7 +39,7 @@ def orient(curve: Samples, signs: Mapping[str, Fact] | None = None, *, keep: boo
     signs : mapping of str to float, optional
         1 or -1 for ``force`` and for ``travel`` or ``indentation``, as in the `numbers` of the step of another segment; determined from
         the record by default.
-    keep : bool, optional
+    keep_signs : bool, optional
         Whether the signs are kept as they are; by default if they are known from the format of the file.
 
     Returns
@@ -61,7 +63,7 @@ def orient(curve: Samples, signs: Mapping[str, Fact] | None = None, *, keep: boo
     """
     name = "travel" if curve.indentation is None else "indentation"
     maker = str(curve.metadata.get("format", ""))
-    known = keep or (keep is None and maker.startswith(_KNOWN))
+    known = keep_signs or (keep_signs is None and maker.startswith(_KNOWN))
     if signs is None:
         signs = {"force": 1.0, name: 1.0} if known else _signs(curve, name)
     else:
@@ -73,7 +75,7 @@ def orient(curve: Samples, signs: Mapping[str, Fact] | None = None, *, keep: boo
             )
     turned = [word for word in ("force", name) if signs[word] == -1.0]
     meaning = "compression is positive and the position grows toward the body"
-    why = f", as {maker} defines them" if known and keep is None else ""
+    why = f", as {maker} defines them" if known and keep_signs is None else ""
     position = -curve.position if name in turned else curve.position
     return replace(
         curve,
@@ -96,12 +98,12 @@ def _signs(curve: MeasuredSamples, name: str) -> dict[str, float]:
     low, high = (float(np.ptp(blocks(part, 20))) if part.size >= 20 else 0.0 for part in (near, far))
     if max(near.size, far.size) < 20:
         raise ProblemError(
-            f"the signs cannot be determined from {curve.position.size} samples, too few at both ends; give a longer record, keep=True if the signs are those of pymdr, or signs="
+            f"the signs cannot be determined from {curve.position.size} samples, too few at both ends; give a longer record, keep_signs if compression is positive, or the signs"
         )
     if not max(low, high) > 1.5 * min(low, high):
         raise ProblemError(
             f"the signs cannot be determined: the force varies by {written(low, 'N')} and {written(high, 'N')} at the two ends of the positions, and one "
-            "must exceed 1.5 times the other; give a record with samples before and in contact, keep=True if the signs are those of pymdr, or signs="
+            "must exceed 1.5 times the other; give a record with samples before and in contact, keep_signs if compression is positive, or the signs"
         )
     deep, free = (far, near) if high > low else (near, far)
     count = max(1, deep.size // 20)
@@ -249,7 +251,9 @@ def prepare(
     >>> bool(curve.original.indentation[0] == 2e-6)
     True
     """
-    straight = subtract_baseline(mark_saturated(orient(mark_outliers(curve), keep=keep_signs)), baseline)
+    straight = subtract_baseline(
+        mark_saturated(orient(mark_outliers(curve), keep_signs=keep_signs)), baseline
+    )
     return set_contact_point(straight, contact_point_of(straight) if contact_point is None else contact_point)
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from pymdr.errors import ProblemError
 from pymdr.problem.laws import Coulomb
+from pymdr.solving.curves.baselines import CHECK_SIGNS
 from pymdr.solving.fits.families import RANGES, FamilyAxes, Ladder, whole_ladder
 from pymdr.solving.fits.forces import forces_of
 from pymdr.solving.fits.kernels import point_across_samples
@@ -222,7 +223,7 @@ def _quick_start(search: Search, rungs: int | None = None) -> tuple[Start, Float
     if fitted["ending"][0] == NO_CONTACT:
         raise ProblemError(
             f"the record shows no contact: a constant force increases the sum of squares by less than {SEEN:g} variances of "
-            f"the noise; {soft_machine_text(stretch.place[0], stretch.force[0], float(stretch.softness[0]))}{_turned_text(search)}press deeper, {_more_samples_text(search)}mark outliers (curve.mark_outliers()), or check the signs with curve.orient()"
+            f"the noise; {soft_machine_text(stretch.place[0], stretch.force[0], float(stretch.softness[0]))}{_turned_text(search)}press deeper, {_more_samples_text(search)}mark outliers, or {CHECK_SIGNS}"
         )
     if fitted["ending"][0] == AT_END:
         _refuse_beyond_layers(request, axes, stretch)
@@ -249,9 +250,7 @@ def _turned_text(search: Search) -> str:
     steps = [step for curve in search.measured for step in curve.steps if step.name == "signs"]
     if not any(step.numbers.get("force") == -1.0 for step in steps):
         return ""
-    return (
-        "the sign of its force was reversed: keep it if compression was positive (curve.orient(keep=True)); "
-    )
+    return "the sign of its force was reversed: if compression was positive, keep it with keep_signs; "
 
 
 def _is_inside(request: FitRequest, axes: FamilyAxes, fitted: Columns) -> bool:

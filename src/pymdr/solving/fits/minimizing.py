@@ -174,5 +174,5 @@ def refuse_unsettled(minimum: Minimum) -> None:
     if not minimum.settled:
         raise ConvergenceError(
             f"the search did not converge in {minimum.trials} trials ({minimum.message.rstrip('.')}); check the columns "
-            "and units of the record and its signs (curve.orient()), or give bounds in free"
+            "and units of the record and its signs, or give bounds in free"
         )

@@ -15,6 +15,7 @@ from pymdr.line.soft.springs import HASTY, ROUGH, ZoneLevel
 from pymdr.problem.contact import Contact
 from pymdr.problem.parameters import with_parameters
 from pymdr.solving.curves import MeasuredCurve
+from pymdr.solving.curves.baselines import CHECK_SIGNS
 from pymdr.solving.fits.edges import onset
 from pymdr.solving.fits.forces import Forces, forces_of
 from pymdr.solving.fits.loops import ShearRecord
@@ -37,9 +38,7 @@ _FOLLOWED_POINTS, _FOLLOWED_COMBINATIONS = 9, 24
 _EDGE_STARTS, _EDGE_COMBINATIONS, _AS_GOOD = 2, 9, 10.0
 """Largest numbers of searches and of combinations for an edge with a history, and the largest ratio of their misfits at the start."""
 _OF_WORK = "J/m^2"
-_NO_CONTACT = (
-    "no start of the adhesive contact resembles the record; check the signs of its columns (curve.orient())"
-)
+_NO_CONTACT = "no start of the adhesive contact resembles the record; check the signs of its columns"
 _PULLS, _SAME_PULL, _SCALED_AT_ONCE = 5, 0.02, 30.0
 """Number of scalings of works to a measured pull, their relative change at which they end, and the largest factor of one."""
 _WANDERS = 0.05
@@ -119,7 +118,7 @@ def starts(
     best_starts = [start for start in best_starts if math.isfinite(start.misfit)]
     if not best_starts:
         raise ProblemError(
-            f"no start can be computed: {failures[-1] if failures else 'the force does not increase with the depth; check the signs with curve.orient()'}"
+            f"no start can be computed: {failures[-1] if failures else f'the force does not increase with the depth; {CHECK_SIGNS}'}"
         )
     return sorted(best_starts, key=lambda start: start.misfit)[:count]
 

@@ -75,8 +75,8 @@ def _unmarked_plateau(result: FitResult) -> tuple[str, ...]:
     if not count:
         return ()
     return (
-        f"{count} samples have the largest force while the depth changes: if the detector was saturated, leave them out with "
-        "prepare or mark_saturated",
+        f"{count} samples have the largest force while the depth changes: if the detector was saturated, mark them as "
+        "saturated or leave them out",
     )
 
 

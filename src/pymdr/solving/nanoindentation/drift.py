@@ -224,7 +224,7 @@ def _longest_hold(time: FloatArray, force: FloatArray) -> slice:
     elsewhere = float(time[-1] - time[last]) - longest
     if best.stop - best.start < _FEWEST or not longest * peak > _LONGER * 2.0 * band * elsewhere:
         raise ProblemError(
-            f"no hold at constant force is after the peak, at {_LEVELS[0]:g} to {_LEVELS[1]:g} of the largest force; give hold=('60 s', '90 s'), or a "
+            f"no hold at constant force is after the peak, at {_LEVELS[0]:g} to {_LEVELS[1]:g} of the largest force; give hold, such as 60 s to 90 s, or a "
             "record with such a hold"
         )
     return best

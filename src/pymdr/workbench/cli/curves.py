@@ -100,7 +100,7 @@ class _Record:
         self.refusal = self.signs = ""
         oriented = [segment.mark_outliers() for segment in segments]
         try:
-            signs = oriented[0].join(*oriented[1:]).orient(keep=keep_signs or None).step
+            signs = oriented[0].join(*oriented[1:]).orient(keep_signs=keep_signs or None).step
             assert signs is not None
             oriented = [segment.orient(signs.numbers) for segment in oriented]
             own = [step for segment in segments for step in segment.steps if step.name == "signs"]

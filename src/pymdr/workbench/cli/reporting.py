@@ -18,7 +18,7 @@ import typer
 from pymdr.errors import PymdrError, RefusedError
 from pymdr.workbench.cli.folders import ready_output, write_study
 from pymdr.workbench.cli.options import Json, Quiet, Table
-from pymdr.workbench.cli.wording import error_text, in_words_of_shell
+from pymdr.workbench.cli.wording import error_text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,7 +37,7 @@ def print_text(text: str) -> None:
     """Print a text without control characters."""
     from pymdr.workbench.inputs import printable, writable
 
-    typer.echo(writable(printable(in_words_of_shell(text)), sys.stdout.encoding))
+    typer.echo(writable(printable(text), sys.stdout.encoding))
 
 
 def print_written(files: Sequence[Path]) -> None:
@@ -68,7 +68,7 @@ def print_error(text: str) -> None:
     """Print one line to the error stream."""
     from pymdr.workbench.inputs import printable, writable
 
-    line = printable(" ".join(in_words_of_shell(text).split("\n")))
+    line = printable(" ".join(text.split("\n")))
     typer.echo(writable(f"pymdr: {line}", sys.stderr.encoding), err=True)
 
 
@@ -146,8 +146,6 @@ def _plain(value: Any) -> Any:
         return {name: _plain(entry) for name, entry in value.items()}
     if isinstance(value, list | tuple):
         return [_plain(entry) for entry in value]
-    if isinstance(value, str):
-        return in_words_of_shell(value)
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 

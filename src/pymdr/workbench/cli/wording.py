@@ -8,45 +8,6 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
-_OF_SHELL = {
-    "check the signs with curve.orient()": "check the signs: compression is positive with --keep-signs",
-    "(curve.orient(keep=True))": "with --keep-signs",
-    "keep=True if the signs are those of pymdr, or signs=": "or --keep-signs if compression is positive",
-    "read_curves(..., leave_out_missing=True) omits them": "--leave-out-missing omits them",
-    "give spring_constant, such as": "give --spring-constant, such as",
-    "give sensitivity, such as": "give --sensitivity, such as",
-    " and spring_constant, such as": " and --spring-constant, such as",
-    " and sensitivity, such as": " and --sensitivity, such as",
-    "mark outliers (curve.mark_outliers()), ": "",
-    "give exactly one of normal_force and indentation": "give exactly one of --normal-force and --indentation",
-    "give hold=('60 s', '90 s')": "give --hold '60 s to 90 s'",
-    "add it to quantities=": "add it with --quantity",
-    "give a smaller least": "give a smaller --least",
-    " Viscoelastic body": " viscoelastic body",
-    "body is Viscoelastic": "body is viscoelastic",
-    "Rings: n =": "rings: n =",
-    "or a plain number in": "or in a case file a number without quotes, in",
-    "interpolation=SmoothingSpline(), in a case file ": "",
-    "missing='interpolate', 'crop' or 'keep'": "missing, 'interpolate', 'crop' or 'keep' (--missing, or a key of [surface])",
-}
-"""Remedies in Python -> remedies of commands."""
-
-
-def in_words_of_shell(text: str) -> str:
-    """
-    A message whose remedies are options of commands.
-
-    Examples
-    --------
-    >>> in_words_of_shell("press deeper, or check the signs with curve.orient()")
-    'press deeper, or check the signs: compression is positive with --keep-signs'
-    >>> in_words_of_shell("no body is Viscoelastic; Rings: n = 3")
-    'no body is viscoelastic; rings: n = 3'
-    """
-    for of_python, of_shell in _OF_SHELL.items():
-        text = text.replace(of_python, of_shell)
-    return text
-
 
 def error_text(error: BaseException) -> str:
     """
@@ -71,7 +32,7 @@ def error_text(error: BaseException) -> str:
         is_argument = match[1] in kinds and match[2] in kinds[match[1]].keys
         return match[2] if is_argument else match[0]  # or a file
 
-    message = re.sub(r"(?<=\] )([A-Z]\w+)\.([a-z]\w*)", key, in_words_of_shell(str(error)))
+    message = re.sub(r"(?<=\] )([A-Z]\w+)\.([a-z]\w*)", key, str(error))
     message = re.sub(
         r"(?:(?<=[:;\]] )|^)([a-z]\w*)\[(\d+)\](?=: )",
         lambda at: f"entry {int(at[2]) + 1} of {at[1]}",

@@ -254,7 +254,7 @@ def _known(where: str, columns: dict[str, FloatArray], leave_out: bool) -> tuple
             first = int(np.argmax(missing))
             raise CaseError(
                 f"{where}: {key}[{first}] = {values[first]:g}, one of {np.count_nonzero(missing)} of {values.size} samples that are not numbers; every "
-                "sample must be finite: read_curves(..., leave_out_missing=True) omits them and records their number"
+                "sample must be finite: leave_out_missing omits them and records their number"
             )
     kept = np.all([np.isfinite(values) for values in columns.values()], axis=0)
     if np.count_nonzero(kept) < _FEWEST and not kept.all():
