@@ -48,6 +48,8 @@ _STEEP = 8.0
 """Ratio of the slopes at the ends of a panel above which its local power is divided out."""
 _SPREAD = 64.0
 """Largest ratio of slopes on a panel after a breakpoint."""
+_QUARTERED = 4.0
+"""Largest ratio of the offsets from a breakpoint at the ends of a panel."""
 _GRADED = 18
 """Largest number of times that the first panel after a breakpoint is quartered."""
 _SLIVER = 0.1
@@ -225,6 +227,11 @@ def anchored(base: float, low: float, stop: float, end: float) -> Panels:
             and edges[-1] - edges[-2] < _SLIVER * (edges[-2] - edges[-3])
         ):
             edges = np.delete(edges, -2)
+    if base > 0.0 and low > 0.0 and edges[1] > _QUARTERED * low:
+        # as where the first panel was quartered: one on which f' is a power would be resolved over any ratio of offsets,
+        # but the Gauss nodes of its integrals are not
+        between = low * _QUARTERED ** np.arange(1.0, math.log(edges[1] / low, _QUARTERED) - 1e-6)
+        edges = np.concatenate([edges[:1], between, edges[1:]])
     return _row(base, edges)
 
 
@@ -555,14 +562,14 @@ def _divided(panels: Panels, family: np.ndarray) -> tuple[Panels, np.ndarray]:
 
 
 def _noise(source: SlopeSource, panels: Panels) -> FloatArray:
-    """Rounding of the slope on panels: its scatter about very short straight lines."""
+    """Rounding of the slope on panels: its scatter about very short parabolas; straight lines leave their curvature, 1e-11."""
     steps = np.linspace(-1.0, 1.0, 9)
     away = np.array([0.21, 0.5, 0.83])[:, None] + 1e-5 * steps
     offset = panels.offsets(np.broadcast_to(away.ravel(), (panels.count, away.size)))
     values, _ = source.sample(np.repeat(panels.base, away.size), offset.ravel())
     values = values.reshape(panels.count, 3, steps.size)
-    line = np.stack([np.ones_like(steps), steps], axis=1)
-    smooth = values @ (np.linalg.pinv(line).T @ line.T)
+    parabola = np.stack([np.ones_like(steps), steps, steps**2], axis=1)
+    smooth = values @ (np.linalg.pinv(parabola).T @ parabola.T)
     return np.asarray(np.median(np.max(np.abs(values - smooth), axis=2), axis=1))
 
 
