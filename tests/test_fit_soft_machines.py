@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -189,7 +190,7 @@ def cohesive_branch(young, work, stress, machine, deepest):
     return depth + force / machine, force, depth
 
 
-def cohesive_record(seed):
+def cohesive_record(seed, name="range"):
     """A noisy record with Maugis' parameter of 0.1 to 10 on a machine of 0.1 to 30 of the stiffness of the contact, its true numbers, and a start."""
     rng = np.random.default_rng(seed)
     parameter, young = 10.0 ** rng.uniform(-1.0, 1.0), 10.0 ** rng.uniform(3.0, 5.5)
@@ -218,9 +219,10 @@ def cohesive_record(seed):
     noise *= np.ptp(measured)
     measured = measured + noise * rng.normal(size=400) + 3.0 * noise
     curve = mdr.MeasuredCurve(force=measured, travel=travel + 0.05 * RADIUS, spring_constant=machine)
-    true = {"body.young": young, "adhesion.work": work, "adhesion.range": work / stress}
-    work_off, range_off, young_off = 10.0 ** rng.uniform(-0.4, 0.4, 3)
-    law = mdr.MaugisDugdale(work_off * work, range=range_off * work / stress)
+    unknown = {"range": work / stress, "strength": stress}[name]
+    true = {"body.young": young, "adhesion.work": work, f"adhesion.{name}": unknown}
+    work_off, unknown_off, young_off = 10.0 ** rng.uniform(-0.4, 0.4, 3)
+    law = mdr.MaugisDugdale(work_off * work, **{name: unknown_off * unknown})
     begin = mdr.Contact(mdr.Paraboloid(RADIUS), mdr.Elastic(young_off * young, 0.5), adhesion=law)
     return begin, curve, true, noise
 
@@ -233,3 +235,24 @@ def test_intervals_of_an_unknown_range_contain_the_minima_that_fit_as_well(seed)
     assert fitted.noise < 1.15 * noise
     for name, value in true.items():
         assert fitted[name].low < value < fitted[name].high, name
+
+
+def test_the_interval_of_a_strength_is_open_towards_a_limit_that_fits_as_well():
+    """JKR fits as well as the law, beyond the scanned ranges: the interval of the strength ended below the true one, and that of the work at it."""
+    begin, curve, true, noise = cohesive_record(37, "strength")
+    fitted = mdr.fit(begin, curve, list(true))
+    assert fitted.noise < 1.15 * noise
+    for name, value in true.items():
+        assert fitted[name].low < value < fitted[name].high, name
+    limit = mdr.fit(
+        replace(begin, adhesion=mdr.JKR(begin.adhesion.work)), curve, ["body.young", "adhesion.work"]
+    )
+    # as well: less than a variance of the noise, of 400 samples
+    assert limit.noise**2 < (1.0 + 4.0 / 400.0) * fitted.noise**2
+    for name in ("body.young", "adhesion.work"):
+        assert fitted[name].low < limit[name].value < fitted[name].high, name
+    strength = fitted["adhesion.strength"]
+    assert strength.high == math.inf
+    # the other side is not widened with it: the weakest scanned strength does not fit
+    assert 0.0 < strength.low < strength.value < 0.2 * true["adhesion.strength"]
+    assert any("adhesion.strength is not determined" in note and "inf" in note for note in fitted.notes)

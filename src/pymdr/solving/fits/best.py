@@ -15,7 +15,7 @@ from pymdr.solving.curves.baselines import CHECK_SIGNS
 from pymdr.solving.fits.families import RANGES, FamilyAxes, Ladder, whole_ladder
 from pymdr.solving.fits.forces import forces_of
 from pymdr.solving.fits.kernels import point_across_samples
-from pymdr.solving.fits.limits import starts_from_limits
+from pymdr.solving.fits.limits import Limit, starts_from_limits
 from pymdr.solving.fits.minimizing import TOLERANCE, Minimum, minimize_from
 from pymdr.solving.fits.quick import depth_ranges, fit_by_family
 from pymdr.solving.fits.records import ListedCurves, Stretch
@@ -65,6 +65,8 @@ class End(NamedTuple):
     """Standard errors of the free numbers where the distance of equally good ends exceeds the curvature's; else 0."""
     scanned: tuple[FloatArray, ...] = ()
     """The free numbers of the ends with fixed ranges, if the range or strength is unknown."""
+    limits: tuple[Limit, ...] = ()
+    """The limits of the law, if the range or strength is unknown."""
 
 
 def best_end(search: Search, tolerance: float = TOLERANCE) -> End:
@@ -79,7 +81,7 @@ def best_end(search: Search, tolerance: float = TOLERANCE) -> End:
     if quick is not None:
         starts_by_curve = [[quick[0]]]
     elif nearby is not None:
-        starts_by_curve = [own[:_NEAR] for own in nearby]
+        starts_by_curve = [own[:_NEAR] for own in nearby.starts]
     elif search.contact.has_edge_history:
         starts_by_curve = edge_starts(search, _STARTS)
     else:
@@ -107,13 +109,11 @@ def best_end(search: Search, tolerance: float = TOLERANCE) -> End:
     values, origin = followed.from_free(best)
     pulled = quick if search.contact.adhesion is not None else None
     wide = np.zeros(len(search.names)) if pulled is None else pulled[1]
-    scanned = nearby if nearby is not None and any(u.name in RANGES for u in search.unknowns) else []
-    return End(
-        misfit,
-        search.to_free(values.tolist(), origin),
-        wide,
-        tuple(_free_of(search, own) for own in zip(*scanned, strict=True)),
-    )
+    end = End(misfit, search.to_free(values.tolist(), origin), wide)
+    if nearby is None or not any(u.name in RANGES for u in search.unknowns):
+        return end
+    scanned = tuple(_free_of(search, own) for own in zip(*nearby.starts, strict=True))
+    return end._replace(scanned=scanned, limits=tuple(nearby.limits))
 
 
 def _end_near(search: Search) -> tuple[float, FloatArray]:

@@ -25,6 +25,7 @@ from pymdr.solving.fits.best import (
 from pymdr.solving.fits.condensing import Blocks, condensed
 from pymdr.solving.fits.determining import refuse_equal_works, refuse_noisy, refuse_undetermined
 from pymdr.solving.fits.edges import off_jumps, solve_edge
+from pymdr.solving.fits.limits import Limit
 from pymdr.solving.fits.loops import ShearRecord
 from pymdr.solving.fits.minimizing import (
     GAIN,
@@ -83,7 +84,7 @@ class Estimate(NamedTuple):
     errors: FloatArray
     """Standard errors of the free numbers by noise; NaN for those without an effect."""
     width: FloatArray
-    """Half widths of the 95 % intervals in standard errors."""
+    """Widths of the 95 % intervals below and above in standard errors, infinite towards a limit that is not excluded, shape (2, free numbers)."""
     moved: FloatArray
     """Largest change of the free numbers by a relative error of 1 of the force of the model at each used sample or mean, shape (free numbers, samples)."""
     noise: float
@@ -142,13 +143,21 @@ def estimated(search: Search) -> Estimate:
     own = _estimate_near(search, few, best, end.wide)
     if not end.scanned:
         return own
-    scanned = [search.to_free(values.tolist(), places) for values, places in map(few.from_free, end.scanned)]
+    scanned = [_rival(search, few, free) for free in end.scanned]
     for _ in range(_ROUNDS):
-        grows = [_grows(own, free) for free in scanned]
+        grows = [_grows(own, one.models) for one in scanned]
         if min(grows) > -_BETTER:
             break
         own = _estimate_near(search, few, end.scanned[int(np.argmin(grows))], end.wide)
-    return _covering(own, [free for free, more in zip(scanned, grows, strict=True) if more < _level(own)])
+    rivals = scanned + [_rival_at(search, one) for one in end.limits]
+    return _covering(
+        own,
+        [
+            one.free
+            for one in rivals
+            if _is_within(search, one.free) and _grows(own, one.models) < _level(own)
+        ],
+    )
 
 
 def _estimate_near(search: Search, few: Search, best: FloatArray, wide: FloatArray) -> Estimate:
@@ -206,6 +215,35 @@ def _least_off_jumps(
     return own, minimum
 
 
+class _Rival(NamedTuple):
+    """Another place of the search that may fit as well."""
+
+    free: FloatArray
+    """Infinite for a range or strength at a limit of the law."""
+    models: list[Modelled]
+
+
+def _rival(search: Search, few: Search, end: FloatArray) -> _Rival:
+    """The place of free numbers of a search over means."""
+    values, origins = few.from_free(end)
+    free = search.to_free(values.tolist(), origins)
+    return _Rival(free, search.models(free))
+
+
+def _rival_at(search: Search, limit: Limit) -> _Rival:
+    """The place of a limit of the law."""
+    own = replace(search, contact=limit.search.contact, unknowns=limit.search.unknowns)
+    ended = own.to_free(list(limit.values.values()), limit.origins)
+    named = dict(zip(own.names, ended.tolist(), strict=True))
+    beyond = {"adhesion.range": limit.side * math.inf, "adhesion.strength": -limit.side * math.inf}
+    return _Rival(np.array([(named | beyond)[name] for name in search.names]), own.models(ended))
+
+
+def _is_within(search: Search, free: FloatArray) -> bool:
+    """Whether free numbers are within their bounds: given ones exclude limits of a law."""
+    return all(low <= x <= high for x, (low, high) in zip(free, search.bounds(), strict=True))
+
+
 def _level(best: Estimate) -> float:
     """Growth of the sum of squares in variances of the noise up to which the intervals extend."""
     return (NORMAL_95 * max(best.widened.values(), default=1.0)) ** 2
@@ -213,17 +251,21 @@ def _level(best: Estimate) -> float:
 
 def _covering(best: Estimate, rivals: list[FloatArray]) -> Estimate:
     """The estimate with intervals that cover other free numbers, which fit as well: a limit of a law is reached where the curvature tells little."""
-    half = best.width * best.errors
+    if not rivals:
+        return best
+    half, errors = best.width * best.errors, best.errors
     for free in rivals:
-        half = np.maximum(half, np.abs(free - best.best))
-    errors = half / best.width
-    return best._replace(errors=errors, values=with_intervals(best.search, best.best, errors, best.width))
+        offset = free - best.best
+        half = np.maximum(half, [-offset, offset])
+        errors = np.maximum(errors, np.where(np.isinf(offset), 0.0, np.abs(offset)) / best.width[0])
+    width = half / errors
+    values = with_intervals(best.search, best.best, errors, width)
+    return best._replace(errors=errors, width=width, values=values)
 
 
-def _grows(best: Estimate, free: FloatArray) -> float:
-    """Growth of the sum of squares to other free numbers in variances of the noise, without the samples that are adjacent to jumps of either."""
+def _grows(best: Estimate, models: list[Modelled]) -> float:
+    """Growth of the sum of squares to other models in variances of the noise, without the samples that are adjacent to jumps of either."""
     search = best.search
-    models = search.models(free)
     used = samples_off_jumps(models, search)
     if search.used:
         used = tuple(one & own for one, own in zip(used, search.used, strict=True))
@@ -264,9 +306,9 @@ def _with_errors(
     correlated = _correlated(factors[: np.count_nonzero(seen[: len(search.unknowns)])])
     independent = n / correlated
     refuse_noisy(search, best, slopes, white * math.sqrt(correlated))
-    errors, width = np.full(p, math.nan), np.full(p, math.nan)
+    errors, width = np.full(p, math.nan), np.full((2, p), math.nan)
     errors[seen] = np.sqrt(variances) / scale[seen]
-    width[seen] = spectra.quantile(scaled.T[None])[0]
+    width[:, seen] = spectra.quantile(scaled.T[None])[0]
     moved = np.zeros((p, means.size))
     moved[seen] = np.abs(scaled.T @ left.T) * np.abs(forces) / scale[seen, None]
     # those of the search over a family account for a pull of a few samples
@@ -295,7 +337,7 @@ def _with_errors(
         dict(
             zip(
                 np.array(search.names)[seen].tolist(),
-                (factors * width[seen] / NORMAL_95).tolist(),
+                (factors * width[0, seen] / NORMAL_95).tolist(),
                 strict=True,
             )
         ),
@@ -360,7 +402,7 @@ def edges_solved(estimate: Estimate, count: int) -> list[Result]:
 def with_intervals(
     search: Search, best: FloatArray, errors: FloatArray, width: FloatArray
 ) -> dict[str, Fitted]:
-    """Fitted numbers by name, with intervals from the errors of the free numbers and their half widths in errors."""
+    """Fitted numbers by name, with intervals from the errors of the free numbers and their widths below and above in errors."""
     values, rest, rates = {}, at_bounds(search, best), search.rates(best)
     bounds = {u.name: (u.low, u.high) for u in search.unknowns}
     units = {u.name: u.unit for u in search.unknowns}
@@ -368,7 +410,7 @@ def with_intervals(
         if math.isnan(errors[i]):
             continue
         ends = []
-        for side in (0.0, -width[i], width[i]):
+        for side in (0.0, -width[0, i], width[1, i]):
             moved = best.copy()
             moved[i] += side * errors[i]
             ends.append(search.named(moved)[name])
@@ -377,7 +419,9 @@ def with_intervals(
         if name in rest:
             values[name] = Fitted(name, value, math.nan, *bounds[name], unit)
             continue
-        values[name] = Fitted(name, value, float(rates[i] * errors[i]), min(low, high), max(low, high), unit)
+        low = bounds[name][0] if math.isinf(width[0, i]) else low
+        high = bounds[name][1] if math.isinf(width[1, i]) else high
+        values[name] = Fitted(name, value, float(rates[i] * errors[i]), low, high, unit)
     return values
 
 

@@ -198,8 +198,11 @@ def _interpreted(estimate: Estimate, uncertainty: Mapping[str, QuantityLike] | N
     result = solve_fitted(estimate)
     systematic = _systematic(estimate, result.claims[force_of(estimate.contact)])
     if systematic.any():
-        estimate = estimate._replace(errors=estimate.errors + systematic / estimate.width)
-        values = with_intervals(search, estimate.best, estimate.errors, estimate.width)
+        errors = estimate.errors + systematic / estimate.width.max(axis=0)
+        half = estimate.width * estimate.errors + systematic
+        width = np.divide(half, errors, out=estimate.width.copy(), where=errors > 0.0)
+        estimate = estimate._replace(errors=errors, width=width)
+        values = with_intervals(search, estimate.best, errors, width)
     contributions: dict[str, dict[str, float]] = {}
     if uncertainty is not None:
         values, contributions = with_uncertainty(estimate, uncertainty)

@@ -26,32 +26,46 @@ _RATIOS = np.geomspace(1.0 / 16.0, 16.0, 9)
 """The first ranges relative to that of the start, where Maugis' parameter is not defined."""
 
 
-class _Limit(NamedTuple):
+class Limit(NamedTuple):
     """The end of a search with fewer unknowns."""
 
     misfit: float
     """In N^2."""
     values: dict[str, float]
     origins: list[dict[str, float]]
+    search: Search
+    free: FloatArray
+    """The free numbers of its search."""
+    side: float
+    """Sign of the infinite logarithm of the range at this limit of the law; 0 at a fixed range."""
+
+
+class Nearby(NamedTuple):
+    """Starts from the fits of the limits of a law."""
+
+    starts: list[list[Start]]
+    """Those of each curve, the best first."""
+    limits: list[Limit]
 
 
 Ending = Callable[[Search], tuple[float, FloatArray]]
 """The smallest misfit of a search in N^2, and its free numbers."""
 
 
-def starts_from_limits(search: Search, ending: Ending) -> list[list[Start]] | None:
+def starts_from_limits(search: Search, ending: Ending) -> Nearby | None:
     """
-    Starts of each curve, the best first, from the fits of the limits of a law, such as JKR and DMT of Maugis and Dugdale; None if there are none.
+    Starts from the fits of the limits of a law, such as JKR and DMT of Maugis and Dugdale; None if there are none.
 
     An unknown range or strength is scanned with a fixed range, because the misfit has several minima over it.
     """
     law = search.contact.adhesion
     if law is None or search.shears or search.contact.has_edge_history:
         return None
-    limits = [
-        _limit(search, replace(search.contact, adhesion=one), ending) for one in theory_of(law).limits(law)
+    ends = [
+        _limit(search, replace(search.contact, adhesion=one), ending, side)
+        for one, side in zip(theory_of(law).limits(law), (-1.0, 1.0), strict=False)
     ]
-    fitted = [one for one in limits if one is not None]
+    fitted = limits = [one for one in ends if one is not None]
     if fitted and any(u.name in RANGES for u in search.unknowns):
         fitted = _over_ranges(search, min(fitted, key=lambda one: one.misfit).values, ending) or fitted
     if not fitted:
@@ -62,16 +76,17 @@ def starts_from_limits(search: Search, ending: Ending) -> list[list[Start]] | No
         left = search.residuals(search.to_free(values, one.origins))
         places.append((float((left**2).sum()), values, one.origins))
     places.sort(key=lambda place: place[0])
-    return [
+    starts = [
         [
             Start(misfit, np.array(values), own[i][search.place], own[i][BASELINE], own[i].get(TILT, 0.0))
             for misfit, values, own in places
         ]
         for i in range(len(search.curves))
     ]
+    return Nearby(starts, limits)
 
 
-def _limit(search: Search, contact: Contact, ending: Ending) -> _Limit | None:
+def _limit(search: Search, contact: Contact, ending: Ending, side: float = 0.0) -> Limit | None:
     """The end of the search of another law without an unknown range; None if it cannot be fitted."""
     own = {p.name for p in parameters_of(contact)} - set(RANGES)
     unknowns = tuple(u for u in search.unknowns if u.name in own)
@@ -82,10 +97,10 @@ def _limit(search: Search, contact: Contact, ending: Ending) -> _Limit | None:
         return None
     values, origins = bare.from_free(free)
     named = {u.name: float(v) for u, v in zip(unknowns, values, strict=True)}
-    return _Limit(misfit, named, origins)
+    return Limit(misfit, named, origins, bare, free, side)
 
 
-def _over_ranges(search: Search, near: dict[str, float], ending: Ending) -> list[_Limit]:
+def _over_ranges(search: Search, near: dict[str, float], ending: Ending) -> list[Limit]:
     """The ends of searches with some fixed ranges, the first for values of a limit."""
     contact = with_parameters(search.contact, near)
     law, radius = contact.adhesion, contact.profile.tip_radius
@@ -95,7 +110,7 @@ def _over_ranges(search: Search, near: dict[str, float], ending: Ending) -> list
     if radius is not None:
         modulus = effective_moduli(contact.body, contact.counterbody).normal
         ranges = law.work / (_LAMBDAS / maugis_parameter(radius, modulus, law.work, 1.0))
-    ends: dict[float, _Limit] = {}
+    ends: dict[float, Limit] = {}
 
     def try_out(length: float) -> None:
         fixed = replace(law, strength=None, range=length)

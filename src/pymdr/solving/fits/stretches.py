@@ -254,7 +254,7 @@ def _fit_one_by_one(
             for name in request.names:
                 out[name][i], out[f"{name}_error"][i] = result.values[name].value, result.values[name].error
                 if request.uncertainty:
-                    out[f"{name}{WIDTH}"][i] = result.width[result.search.names.index(name)]
+                    out[f"{name}{WIDTH}"][i] = result.width[:, result.search.names.index(name)].max()
                 for source in request.uncertainty:
                     squares[name][i] += contributions[source][name] ** 2
             out["noise"][i], out["correlated"][i] = result.noise, result.correlated

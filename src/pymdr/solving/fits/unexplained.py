@@ -84,7 +84,13 @@ def _undetermined(result: FitResult) -> tuple[str, ...]:
     """Notes on sizes whose errors are larger than they are themselves, or whose intervals span several times their value."""
     notes = []
     for one in (result.values[unknown.name] for unknown in result.search.unknowns if unknown.is_size):
-        if one.error > one.value:
+        ends = [written(end, one.unit) for end in (one.low, one.high) if not 0.0 < end < math.inf]
+        if ends and not one.is_at_bound:
+            notes.append(
+                f"{one.name} is not determined: the interval extends to {' and '.join(ends)}, where the law has limits that fit as well; fix it, or add "
+                "records that show it"
+            )
+        elif one.error > one.value:
             notes.append(
                 f"{one.name} is not determined: its standard error, {written(one.error, one.unit, 3)}, is larger than its value; use its interval only"
             )
