@@ -47,7 +47,8 @@ def record(law, samples, seed, machine=None, tilt=0.0):
 
 @pytest.mark.parametrize("tilt", [0.0, 0.1])
 @pytest.mark.parametrize(
-    ("law", "machine"), [("Hertz", None), ("Hertz", 0.02), ("JKR", None), ("JKR", 0.02), ("DMT", 0.02)]
+    ("law", "machine"),
+    [("Hertz", None), ("Hertz", 0.02), ("JKR", None), ("JKR", 0.02), ("DMT", None), ("DMT", 0.02)],
 )
 def test_a_map_of_one_curve_is_the_fit_of_it(law, machine, tilt):
     free = ["body.young"] + ["adhesion.work"] * (law != "Hertz") + ["tilt"] * (tilt > 0.0)

@@ -12,6 +12,7 @@ import numpy as np
 from pymdr.errors import ProblemError
 from pymdr.problem.laws import Coulomb
 from pymdr.solving.curves.baselines import CHECK_SIGNS
+from pymdr.solving.fits.determining import more_samples_text
 from pymdr.solving.fits.families import RANGES, FamilyAxes, Ladder, whole_ladder
 from pymdr.solving.fits.forces import forces_of
 from pymdr.solving.fits.kernels import point_across_samples
@@ -223,7 +224,7 @@ def _quick_start(search: Search, rungs: int | None = None) -> tuple[Start, Float
     if fitted["ending"][0] == NO_CONTACT:
         raise ProblemError(
             f"the record shows no contact: a constant force increases the sum of squares by less than {SEEN:g} variances of "
-            f"the noise; {soft_machine_text(stretch.place[0], stretch.force[0], float(stretch.softness[0]))}{_turned_text(search)}press deeper, {_more_samples_text(search)}mark outliers, or {CHECK_SIGNS}"
+            f"the noise; {soft_machine_text(stretch.place[0], stretch.force[0], float(stretch.softness[0]))}{_turned_text(search)}press deeper, {more_samples_text(search)}mark outliers, or {CHECK_SIGNS}"
         )
     if fitted["ending"][0] == AT_END:
         _refuse_beyond_layers(request, axes, stretch)
@@ -234,15 +235,6 @@ def _quick_start(search: Search, rungs: int | None = None) -> tuple[Start, Float
     scales = [*(u.rate(float(v)) for u, v in zip(unknowns, values, strict=True)), *search.origin_scales]
     errors = np.array([fitted[f"{name}_error"][0] for name in request.names]) / scales
     return Start(0.0, values, *(origin.get(name, 0.0) for name in (CONTACT_POINT, BASELINE, TILT))), errors
-
-
-def _more_samples_text(search: Search) -> str:
-    """Hint on the samples of short records with adhesion."""
-    return (
-        ""
-        if search.contact.adhesion is None
-        else "record more samples (those adjacent to jumps are left out), "
-    )
 
 
 def _turned_text(search: Search) -> str:

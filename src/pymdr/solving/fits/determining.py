@@ -96,9 +96,20 @@ def _undetermined_text(search: Search, free: FloatArray, undetermined: BoolArray
         u.name for u, is_unseen in zip(search.unknowns, undetermined, strict=True) if is_unseen
     )
     verb, pronoun = ("has", "it") if len(unseen) == 1 else ("have", "them")
+    sizes = all(u.is_size for u, is_unseen in zip(search.unknowns, undetermined, strict=True) if is_unseen)
+    more = more_samples_text(search) if sizes else ""
     return (
-        f"{names} {verb} no effect on the record; the best fit has {', '.join(unseen)}{rest}; leave {names} out of free, or use a contact "
+        f"{names} {verb} no effect on the record; the best fit has {', '.join(unseen)}{rest}; {more}leave {names} out of free, or use a contact "
         f"without {pronoun}"
+    )
+
+
+def more_samples_text(search: Search) -> str:
+    """Hint on the samples of short records with adhesion."""
+    return (
+        ""
+        if search.contact.adhesion is None
+        else "record more samples (those adjacent to jumps are left out), "
     )
 
 

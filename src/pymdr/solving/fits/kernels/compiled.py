@@ -135,10 +135,13 @@ def _model_of(record: Record, theta: FloatArray, member: Member) -> Model:
     start = scale * _read(member.force, member.slope, machine.root)[0]
     start_over = scale * _read(member.force_rate, member.slope_rate, machine.root)[0]
     force, rates, touches = np.zeros(n), np.zeros((BASE, n)), np.empty(n, dtype=np.bool_)
-    cell = machine.cell
+    cell, decided = machine.cell, record.inside.size > 0
     for i in range(n):
+        if decided and not record.inside[i]:
+            touches[i] = False
+            continue
         travel = record.place[i] - theta[POINT]
-        touches[i] = travel > 0.0
+        touches[i] = decided or travel > 0.0
         if travel > machine.travel:
             if soft == 0.0:
                 root = min(math.sqrt((travel - member.fold) / span), OUTSIDE)
@@ -153,10 +156,10 @@ def _model_of(record: Record, theta: FloatArray, member: Member) -> Model:
                 over = _read(member.force_rate, member.slope_rate, root)[0]
                 folding = member.fold_rate * (1.0 - root * root) + soft * over
                 rates[SHAPE, i] = scale * over - fraction * folding
-        elif machine.travel < 0.0:
+        elif decided or machine.travel < 0.0:
             force[i], rates[SCALE, i], rates[SHAPE, i] = start, start, start_over
     result = Model(force, rates, touches)
-    if machine.travel < 0.0:
+    if machine.travel < 0.0 and not decided:
         _leave(record, theta, machine.travel, result)
     return result
 

@@ -20,6 +20,7 @@ from pymdr.solving.fits.kernels.descent import (
     Wanted,
     descend_all,
     tangents_all,
+    undecided,
     without_shape,
 )
 from pymdr.solving.fits.kernels.model import (
@@ -36,7 +37,7 @@ from pymdr.solving.fits.kernels.starts import Engine, best_points, few_of, start
 from pymdr.solving.fits.request import AT_END, FITTED, NO_CONTACT, SEEN, UNDETERMINED, UNSETTLED
 from pymdr.solving.fits.residuals import DECIDED
 from pymdr.solving.fits.spectrum import noise_spectra
-from pymdr.solving.fits.touching import FULLY_OUT, ROUNDS_OF_JUMPS, BoolArray
+from pymdr.solving.fits.touching import FULLY_OUT, ROUNDS_OF_JUMPS, BoolArray, off_changes
 from pymdr.units import FloatArray
 
 _POLISH, _GAIN, _MANY = 100, 1e-6, 8
@@ -106,11 +107,11 @@ class _Search(NamedTuple):
     engine: Engine
 
     def from_places(
-        self, batch: Batch, starts: FloatArray, limits: Limits, used: BoolArray | None = None
+        self, batch: Batch, starts: FloatArray, limits: Limits, inside: BoolArray | None = None
     ) -> Ends:
-        """Descents along all free numbers."""
-        used = np.ones(batch.place.shape, dtype=np.bool_) if used is None else used
-        return self.engine.descents(batch, self.wanted.directions, self.family, starts, used, limits)
+        """Descents along all free numbers, with prescribed samples in contact without those adjacent to a jump."""
+        used = np.ones(batch.place.shape, dtype=np.bool_) if inside is None else off_changes(inside)
+        return self.engine.descents(batch, self.wanted.directions, self.family, starts, used, limits, inside)
 
     def at_shape(self, batch: Batch, starts: FloatArray, enough: float) -> Ends:
         """Descents with a fixed number of the family."""
@@ -223,34 +224,25 @@ def _move_across_samples(search: _Search, batch: Batch, ends: Ends, enough: floa
 
 def _descend_off_jumps(search: _Search, batch: Batch, ends: Ends, used: BoolArray, enough: float) -> Ends:
     """
-    Descents without the samples adjacent to jumps, which are written into `used`.
+    Descents with fixed jumps without the samples adjacent to them, which are written into `used`.
 
-    The jumps are those of the ends themselves, found in turn: an end whose jumps are elsewhere depends on its start.
+    The jumps are those of the ends themselves, found in turn: an end whose jumps are elsewhere depends on its start. Those of a constant pull
+    at a known indentation stay: without the samples beside it, it would move on and on.
     """
-    used[:] = _off_jumps(ends.touches)
-    # without the samples beside it the jump by a constant pull would move on and on: they stay left out
-    pulled = (batch.softness == 0.0) & search.wanted.pulled
-    ends = search.from_places(batch, ends.theta, Limits(_POLISH, enough), used)
-    for _ in range(ROUNDS_OF_JUMPS):
-        own = _off_jumps(ends.touches)
-        own[pulled] &= used[pulled]
-        moved = np.flatnonzero((own != used).any(axis=1))
-        if not moved.size:
+    limits, inside = Limits(_POLISH, enough), ends.touches.copy()
+    ends = search.from_places(batch, ends.theta, limits, inside)
+    moving = np.flatnonzero((batch.softness != 0.0) | (not search.wanted.pulled))
+    for _ in range(ROUNDS_OF_JUMPS - 1):
+        own = search.from_places(_of(batch, moving), ends.theta[moving], Limits(0, 0.0)).touches
+        moved = (own != inside[moving]).any(axis=1)
+        moving, own = moving[moved], own[moved]
+        if not moving.size:
             break
-        used[moved] = own[moved]
-        others = search.from_places(
-            _of(batch, moved), ends.theta[moved], Limits(_POLISH, enough), used[moved]
-        )
-        _put(ends, moved, others, np.ones(moved.size, dtype=np.bool_))
+        inside[moving] = own
+        others = search.from_places(_of(batch, moving), ends.theta[moving], limits, own)
+        _put(ends, moving, others, np.ones(moving.size, dtype=np.bool_))
+    used[:] = off_changes(inside)
     return ends
-
-
-def _off_jumps(touches: BoolArray) -> BoolArray:
-    """All samples but those adjacent to a jump."""
-    off, jumps = np.ones(touches.shape, dtype=np.bool_), touches[:, 1:] != touches[:, :-1]
-    off[:, :-1] &= ~jumps
-    off[:, 1:] &= ~jumps
-    return off
 
 
 def _left_without_family(search: _Search, batch: Batch, ends: Ends) -> FloatArray:
@@ -280,7 +272,13 @@ def _put_spectral(
         for rows in np.array_split(group, -(-group.size // _TOGETHER)):
             rates = np.empty((rows.size, len(directions), used.shape[1]))
             search.engine.tangents_all(
-                _of(batch, rows), directions, search.family, ends.theta[rows], used[rows], rates
+                _of(batch, rows),
+                directions,
+                search.family,
+                ends.theta[rows],
+                used[rows],
+                ends.touches[rows] if search.wanted.adhesive else undecided(rows.size),
+                rates,
             )
             left = ends.left[rows]
             if size < used.shape[1]:

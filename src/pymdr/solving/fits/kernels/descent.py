@@ -226,13 +226,18 @@ def descend_all(
     directions: FloatArray,
     family: FamilyTable,
     used: BoolArray,
+    inside: BoolArray,
     limits: Limits,
     ends: Ends,
 ) -> None:
-    """:func:`descend` in curves, one after another, from the starts in `ends`, which it overwrites."""
+    """
+    :func:`descend` in curves, one after another, from the starts in `ends`, which it overwrites.
+
+    `inside` has the prescribed samples in contact, shape (curves, samples), or (curves, 0) if the forces decide.
+    """
     m = directions.shape[0]
     for i in range(batch.place.shape[0]):
-        record = Record(batch.place[i], batch.force[i], batch.softness[i])
+        record = Record(batch.place[i], batch.force[i], batch.softness[i], inside[i])
         end = descend(record, directions, family, ends.theta[i], used[i], limits)
         ends.misfit[i], ends.settled[i] = end.misfit, end.settled
         put(ends.theta[i], end.theta)
@@ -251,15 +256,21 @@ def tangents_all(
     family: FamilyTable,
     thetas: FloatArray,
     used: BoolArray,
+    inside: BoolArray,
     rates: FloatArray,
 ) -> None:
     """:func:`tangents` in curves at numbers of the model, written into `rates`, shape (curves, free, samples)."""
     for i in range(batch.place.shape[0]):
-        record = Record(batch.place[i], batch.force[i], batch.softness[i])
+        record = Record(batch.place[i], batch.force[i], batch.softness[i], inside[i])
         model, _, _ = compared(record, thetas[i], member_at(family, thetas[i, SHAPE]), used[i])
         rows = tangents(record.place, model, used[i], directions)
         for p in range(directions.shape[0]):
             put(rates[i, p], rows[p])
+
+
+def undecided(curves: int) -> BoolArray:
+    """Samples in contact of curves, none of which is prescribed."""
+    return np.zeros((curves, 0), dtype=np.bool_)
 
 
 def ends_from(starts: FloatArray, samples: int, free: int) -> Ends:

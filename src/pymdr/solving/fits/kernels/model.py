@@ -61,6 +61,8 @@ class Record(NamedTuple):
     """In N."""
     softness: float
     """Compliance of the machine in m/N; 0 for indentations."""
+    inside: BoolArray
+    """Samples in contact, if they are prescribed; else empty, and the forces decide."""
 
 
 class Member(NamedTuple):
@@ -228,8 +230,8 @@ def model_of(record: Record, theta: FloatArray, member: Member) -> Model:
     stretch = 2.0 * span * np.maximum(root, LEAST_ROOT) + soft * slope
     fraction = scale * slope / np.maximum(stretch, 1e-4 * span)
     rates, force = np.zeros((BASE, n)), np.zeros(n)
-    touches = travel > 0.0
-    if machine.travel < 0.0:
+    touches = record.inside if record.inside.size else travel > 0.0
+    if machine.travel < 0.0 or record.inside.size:
         # samples just beyond the loss of contact may be in contact, with the force there
         start = np.array([machine.root])
         force[:] = scale * read(member.force, member.slope, start)[0][0]
@@ -243,9 +245,10 @@ def model_of(record: Record, theta: FloatArray, member: Member) -> Model:
         rates[SHAPE][beyond] = scale * over - fraction * (
             member.fold_rate * (1.0 - root * root) + soft * over
         )
-    if machine.travel < 0.0:
-        measured = record.force - theta[BASE] - theta[TILT] * record.place
-        touches = in_contact(travel, measured, force, machine.travel)
+    if machine.travel < 0.0 or record.inside.size:
+        if not record.inside.size:
+            measured = record.force - theta[BASE] - theta[TILT] * record.place
+            touches = in_contact(travel, measured, force, machine.travel)
         mask = touches.astype(np.float64)
         force *= mask
         rates *= mask

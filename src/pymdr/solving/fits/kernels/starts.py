@@ -10,7 +10,15 @@ from typing import NamedTuple
 import numpy as np
 
 from pymdr.numerics.panels import IndexArray
-from pymdr.solving.fits.kernels.descent import ITERATIONS, ROUGHLY, Ends, Limits, Wanted, ends_from
+from pymdr.solving.fits.kernels.descent import (
+    ITERATIONS,
+    ROUGHLY,
+    Ends,
+    Limits,
+    Wanted,
+    ends_from,
+    undecided,
+)
 from pymdr.solving.fits.kernels.model import (
     BASE,
     NUMBERS,
@@ -57,11 +65,13 @@ class Trials(NamedTuple):
 class Engine(NamedTuple):
     """The work per sample, interpreted or compiled."""
 
-    descend_all: Callable[[Batch, FloatArray, FamilyTable, BoolArray, Limits, Ends], None]
+    descend_all: Callable[[Batch, FloatArray, FamilyTable, BoolArray, BoolArray, Limits, Ends], None]
     """:func:`pymdr.solving.fits.kernels.descent.descend_all`."""
     best_points: Callable[[Trials, FamilyTable, FloatArray, FloatArray], None]
     """:func:`best_points`."""
-    tangents_all: Callable[[Batch, FloatArray, FamilyTable, FloatArray, BoolArray, FloatArray], None]
+    tangents_all: Callable[
+        [Batch, FloatArray, FamilyTable, FloatArray, BoolArray, BoolArray, FloatArray], None
+    ]
     """:func:`pymdr.solving.fits.kernels.descent.tangents_all`."""
 
     def descents(
@@ -72,12 +82,14 @@ class Engine(NamedTuple):
         starts: FloatArray,
         used: BoolArray,
         limits: Limits,
+        inside: BoolArray | None = None,
     ) -> Ends:
-        """The ends of the descents of curves from some starts."""
+        """The ends of the descents of curves from some starts; samples in contact may be prescribed."""
+        inside = undecided(len(starts)) if inside is None else inside
         ends = ends_from(starts, batch.place.shape[1], len(directions))
         # as compiled kernels do: what overflows is no better end
         with np.errstate(over="ignore", invalid="ignore"):
-            self.descend_all(batch, directions, family, used, limits, ends)
+            self.descend_all(batch, directions, family, used, inside, limits, ends)
         return ends
 
 
