@@ -143,16 +143,17 @@ class FittedMap(Study):
                 text = f"{limit:g}" if is_number else shown(limit)
                 raise ProblemError(f"mask: {name} = {text}; a limit of 0 or more is needed")
         data = self.data
-        rise = data[DRIFT]
+        rise = data[DRIFT].values
         good = (
-            (data["ending"] == FITTED)
-            & (data[IN_CONTACT] >= samples_in_contact)
-            & (data[RESIDUAL] <= relative_residual)
-            & ((abs(rise) <= baseline_rise) | rise.isnull())
+            (data["ending"].values == FITTED)
+            & (data[IN_CONTACT].values >= samples_in_contact)
+            & (data[RESIDUAL].values <= relative_residual)
+            & ((np.abs(rise) <= baseline_rise) | np.isnan(rise))
         )
         if math.isfinite(of_limit):
-            good &= data[OF_LIMIT] <= of_limit
-        return good.rename(GOOD)
+            good &= data[OF_LIMIT].values <= of_limit
+        ending = data["ending"]
+        return xr.DataArray(good, ending.coords, ending.dims, GOOD)
 
     def __repr__(self) -> str:
         return f"<pymdr.FittedMap {', '.join(self.names)}; {self._remarks()[0]}>"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
@@ -141,24 +141,31 @@ class StoredCurves:
         low, high = first // inner, -(-last // inner)
         some = self.data.isel({self.dims[0]: slice(low, high)})
         part = slice(first - low * inner, last - low * inner)
+        shape = {name: some.sizes[name] for name in self.dims}
 
         def column(name: str, unit: str) -> FloatArray:
-            array = some[name].broadcast_like(some["force"])
-            values = np.asarray(array.transpose(*self.dims, SAMPLE).values, dtype=float)
+            values = _over(some[name], {**shape, SAMPLE: some.sizes[SAMPLE]})
             return np.ascontiguousarray(
                 values.reshape(-1, values.shape[-1])[part] * _factor(some[name], name, unit)
             )
 
-        count = last - first
-        soft = np.zeros(count)
+        soft = np.zeros(last - first)
         if self._place == "travel":
-            stiff = some["spring_constant"].broadcast_like(some["force"].isel({SAMPLE: 0}, drop=True))
-            values = np.asarray(stiff.transpose(*self.dims).values, dtype=float)
-            soft = 1.0 / (
-                values.reshape(-1)[part] * _factor(some["spring_constant"], "spring_constant", "N/m")
-            )
+            stiff = some["spring_constant"]
+            soft = 1.0 / (_over(stiff, shape).reshape(-1)[part] * _factor(stiff, "spring_constant", "N/m"))
         time = column("time", "s") if "time" in some else None
         return Stretch(column(self._place, "m"), column("force", "N"), soft, time)
+
+
+def _over(array: xr.DataArray, sizes: Mapping[str, int]) -> FloatArray:
+    """
+    Values over some dimensions, without some of which an array is the same for all.
+
+    Of small maps, `broadcast_like` of xarray, which compares coordinates, takes a fifth of the time.
+    """
+    own = array.transpose(*(name for name in sizes if name in array.dims))
+    shape = [own.sizes.get(name, 1) for name in sizes]
+    return np.broadcast_to(np.asarray(own.values, dtype=float).reshape(shape), tuple(sizes.values()))
 
 
 def records_of(curves: Any) -> Records:
