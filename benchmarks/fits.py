@@ -136,6 +136,41 @@ def measured() -> Iterator[Ratio]:
         )
 
 
+def attracted(tip, work, young, length="200 nm"):
+    """A contact with a cohesive zone."""
+    return mdr.Contact(tip, mdr.Elastic(young, 0.5), adhesion=mdr.MaugisDugdale(work, range=length))
+
+
+def cohesive() -> Iterator[Ratio]:
+    """Single fits of Maugis-Dugdale, which solve the width of the cohesive zone anew for each modulus, work and range that they try."""
+    free, machines = ["body.young", "adhesion.work"], {"on a machine": SPRING, "over indentation": None}
+    starts = {"a measured tip": attracted(WORN, 5e-4, 1e4), "a paraboloid": attracted(TIP, 5e-4, 1e4)}
+    for where, machine in machines.items():
+        curves = []
+        for start in starts.values():
+            data = recorded(attracted(start.profile, 1e-3, 3e3), 1, 600, machine)
+            channel = "indentation" if machine is None else "travel"
+            curves.append(
+                mdr.MeasuredCurve(
+                    force=data["force"].values[0],
+                    spring_constant=machine,
+                    **{channel: data[channel].values + 1e-7},
+                )
+            )
+        worn, ball = (
+            lambda start=start, curve=curve: mdr.fit(start, curve, free)
+            for start, curve in zip(starts.values(), curves, strict=True)
+        )
+        what = f"Maugis-Dugdale with a measured tip {where}, 600 samples, a single fit"
+        yield Ratio(what, "with a paraboloid", *median_times(worn, ball), "aim 1 s")
+        if machine is not None:
+            what = f"Maugis-Dugdale with a paraboloid {where}, 600 samples, range unknown, a single fit"
+            scanned = median_times(
+                lambda ball=curves[1]: mdr.fit(starts["a paraboloid"], ball, [*free, "adhesion.range"]), ball
+            )
+            yield Ratio(what, "range known", *scanned, "it scans the range")
+
+
 def ratios() -> Iterator[Ratio]:
     approach = recorded(contact(TIP, 3e3), 400, 28000, None).isel(sample=slice(0, 14000))
     hertz = per_curve(contact(TIP, 1e4), approach, ["body.young"])
@@ -176,6 +211,7 @@ def ratios() -> Iterator[Ratio]:
         times["paraboloid"],
         "aim 1.4 ms; 65536 curves in 60 s on two cores are 1.8 ms",
     )
+    yield from cohesive()
     yield from measured()
 
 
