@@ -1056,6 +1056,24 @@ def test_rough_surfaces_refuse_bodies_with_memory_by_their_table(tmp_path, shell
     assert len(error.splitlines()) == 1
 
 
+def test_errors_of_tables_name_their_keys_alone(tmp_path, shell):
+    """Also of tables without a key `kind`, and of properties that all bodies have."""
+    surface = '[surface]\nhurst = {}\nrms = "1 um"\nsize = "1 mm"\nshortest = "0.1 mm"\n'
+    body = '[body]\nkind = "elastic"\nyoung = "1 GPa"\npoisson = 0.3\nresistivity = "{}"\n'
+    layers = '[profile]\nkind = "sphere"\nradius = "1 mm"\n[friction]\nkind = "coulomb"\ncoefficient = 0.1\n[body]\nkind = "layered"\n'
+    layers += '[[body.layers]]\nmaterial = {{ kind = "elastic", young = "1 GPa", poisson = 0.3 }}\nthickness = "{}"\n'
+    layers += '[[path]]\nkind = "indent"\nindentation = "1 um"\n'
+    case = tmp_path / "case.toml"
+    for command, text, words in (
+        ("press", surface.format(1.8) + body.format("1 ohm m"), ": [surface] hurst = 1.8: it must"),
+        ("press", surface.format(0.8) + body.format("1 ohm"), ": [body] resistivity: 'ohm' does not fit"),
+        ("run", layers.format("0 um"), ": [body layers 1] thickness = '0 um': it must be above 0 m"),
+        ("run", layers.format("1 um"), "case.toml: friction of a layered body is not available"),
+    ):
+        case.write_text(text)
+        assert words in shell(command, case)[2]
+
+
 def test_an_output_that_is_a_file_is_refused_before_the_work(tmp_path, monkeypatch, shell):
     place = tmp_path / "taken"
     place.write_text("x")

@@ -629,11 +629,11 @@ def test_the_line_of_layers_keeps_its_profile():
 
 def test_what_layers_have_no_right_to():
     ball, body = mdr.Sphere(1.0), film(0.4)
-    with pytest.raises(ProblemError, match="Layered body against a Viscoelastic"):
+    with pytest.raises(ProblemError, match="layered body against a viscoelastic"):
         mdr.Contact(ball, body, mdr.Viscoelastic(mdr.StandardSolid(1.0, 3.0, 1.0), 0.5))
     with pytest.raises(ProblemError, match="different grading"):
         mdr.Contact(ball, body, mdr.Graded(1.0, 1.0, 0.2, 0.3))
-    with pytest.raises(ProblemError, match="friction of a Layered"):
+    with pytest.raises(ProblemError, match="friction of a layered"):
         mdr.Contact(ball, body, friction=mdr.Coulomb(0.3))
     with pytest.raises(ProblemError, match="MaugisDugdale"):
         mdr.Contact(ball, body, adhesion=mdr.MaugisDugdale(0.05, range=0.1))

@@ -231,7 +231,7 @@ GLASS = mdr.Elastic("70 GPa", 0.2)
         ),
         (
             lambda: mdr.Contact(mdr.Cone(slope=0.1), mdr.Layered([layer()]), friction=mdr.Coulomb(0.3)),
-            "friction of a Layered body",
+            "friction of a layered body",
         ),
     ],
 )

@@ -52,6 +52,17 @@ def from_apex(heights, depth):
 
 
 @needs_engine
+def test_a_summary_says_why_a_table_has_no_resistance():
+    body = mdr.Elastic(1e9, 0.3, resistivity=1e-7)
+    pressed = mdr.press(mdr.Topography(ball(16), 1.0), body, indentation=0.02)
+    assert "counterbody, Rigid, has no resistivity; give it one" in pressed.summary()
+    both = mdr.press(mdr.Topography(ball(16), 1.0), body, body, indentation=0.02)
+    assert "electrical_resistance" in both.data
+    assert "no resistivity" not in both.summary()
+    assert "no resistivity" not in mdr.press(mdr.Topography(ball(16), 1.0), UNIT, indentation=0.02).summary()
+
+
+@needs_engine
 @pytest.mark.parametrize(
     ("n", "force", "stiffness", "area"), [(64, 2e-4, 2e-3, 0.01), (128, 5e-5, 5e-4, 3e-3)]
 )

@@ -360,7 +360,7 @@ def test_bad_records_are_refused():
     t = np.linspace(0.0, 20.0, 400)
     for data, words in (
         (xr.Dataset({"shift": ("step", t)}), "the record has shift"),
-        (record(t, t), "reverses never by more than .* two reversals"),
+        (record(t, t), "never reverses by more than .* two reversals"),
         (record(0.0 * t, t), "does not change"),
         (record(t[:1], t[:1]), "the record has one row, but a cycle needs two reversals"),
         (record(np.sin(t), 0.0 * t), "the largest tangential_force = 0 N"),

@@ -116,6 +116,17 @@ def test_infinite_pressures_have_a_note(shape, how):
         assert ("kink" in text) == kink
 
 
+def test_the_line_at_the_last_row_is_whole():
+    """At the end of the axis its half outside is drawn too."""
+    steel = mdr.Elastic("210 GPa", 0.3)
+    joint = mdr.Contact(mdr.Sphere("10 mm"), steel, steel, friction=mdr.Coulomb(0.3))
+    loop = mdr.solve(joint, mdr.load("50 N") >> mdr.cycle(shift="0.5 um", cycles=1, steps=40))
+    zones = loop.figures()["loop"].axes[1]
+    (last,) = [line for line in zones.lines if line.get_linestyle() == ":" and line.get_xdata()[0] == 40]
+    assert zones.get_xlim()[1] == 40
+    assert not last.get_clip_on()
+
+
 @pytest.mark.parametrize("shape", ["truncated cone", "two cones", "ball"])
 def test_limits_of_friction_and_comparisons_have_the_note_too(shape):
     make, kink, tip = SHARP[shape]

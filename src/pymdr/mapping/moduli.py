@@ -331,8 +331,7 @@ def conductivity_of(body: Material, counterbody: Material, carrier: Carrier) -> 
             )
     for name, one in bodies.items():
         if getattr(one, carrier) is None:
-            kind = type(one).__name__
-            return f"the {name}, {kind}, has no {carrier}; give {kind}(..., {carrier}=...)"
+            return f"the {name}, {type(one).__name__}, has no {carrier}; give it one"
     given = getattr(body, carrier), getattr(counterbody, carrier)
     return Conductivity(*(1.0 / each for each in given) if carrier == "resistivity" else given)
 

@@ -69,10 +69,7 @@ class Contact(Value):
                 raise ProblemError(
                     f"Contact.{name} = {material!r}: a material such as Elastic('210 GPa', 0.3) is needed"
                 )
-        try:
-            exponent = common_exponent(self.body, self.counterbody)
-        except ProblemError as error:
-            raise ProblemError(f"Contact: {error}") from error
+        exponent = common_exponent(self.body, self.counterbody)
         if not isinstance(self.adhesion, AdhesionLaw | None):
             raise ProblemError(
                 f"Contact.adhesion = {self.adhesion!r}: a law such as JKR('50 mJ/m^2') is needed"
@@ -91,20 +88,20 @@ class Contact(Value):
             self._refuse_memory()
         elif isinstance(self.adhesion, JKR) and self.adhesion.range is not None:
             raise ProblemError(
-                f"Contact: JKR.range = {metres(self.adhesion.range)} has no effect on bodies without memory, whose adhesion of short range does not depend "
+                f"JKR.range = {metres(self.adhesion.range)} has no effect on bodies without memory, whose adhesion of short range does not depend "
                 "on it; leave it out, or use MaugisDugdale(work, range=...)"
             )
         if self.layered is not None:
             self._refuse_beyond_layers()
         if exponent != 0.0 and self.friction is not None:
             raise ProblemError(
-                f"Contact: friction of a graded body (exponent {exponent:g}) is not available: its tangential displacements are not "
+                f"friction of a graded body (exponent {exponent:g}) is not available: its tangential displacements are not "
                 "proportional to its normal ones, and the error of the theory of Cattaneo and Mindlin is not known; leave "
                 "friction out, or give exponent 0"
             )
         if exponent != 0.0 and self.is_cohesive:
             raise ProblemError(
-                f"Contact: {type(self.adhesion).__name__} is not derived for a graded body (exponent {exponent:g}), only for "
+                f"{type(self.adhesion).__name__} is not derived for a graded body (exponent {exponent:g}), only for "
                 "homogeneous ones; use JKR for soft and large bodies, DMT for stiff and small ones"
             )
 
@@ -112,7 +109,7 @@ class Contact(Value):
         """Adhesion bears shear without slip only: Coulomb's limit is not defined under tension."""
         if friction.coefficient != math.inf:
             raise ProblemError(
-                f"Contact: adhesion with friction is not covered by the theory at a coefficient of {friction.coefficient:g}, because Coulomb's limit "
+                f"adhesion with friction is not covered by the theory at a coefficient of {friction.coefficient:g}, because Coulomb's limit "
                 "is not defined under tension; use Coulomb(math.inf) for JKR without slip, or leave one of the two out"
             )
         why = ""
@@ -123,7 +120,7 @@ class Contact(Value):
         elif self.is_viscoelastic:
             why = "it is derived for elastic bodies; use Elastic with the stiffness at one time"
         if why:
-            raise ProblemError(f"Contact: adhesion with friction, full stick under shear: {why}")
+            raise ProblemError(f"adhesion with friction, full stick under shear: {why}")
 
     @property
     def is_viscoelastic(self) -> bool:
@@ -177,51 +174,51 @@ class Contact(Value):
             ),
         ):
             if present:
-                raise ProblemError(f"Contact: a body is ElasticPlastic: {reason}")
+                raise ProblemError(f"a body is ElasticPlastic: {reason}")
 
     def _refuse_beyond_layers(self) -> None:
         assert self.layered is not None
         if self.is_viscoelastic and not self.layered.is_viscoelastic:
             raise ProblemError(
-                "Contact: a Layered body against a Viscoelastic one is not available: their surfaces relax differently at every "
+                "a layered body against a viscoelastic one is not available: their surfaces relax differently at every "
                 "wavelength, so the springs have no common relaxation function; use Elastic with the stiffness at one time"
             )
         other = self.counterbody if self.layered is self.body else self.body
         if self.is_viscoelastic and not isinstance(other, Rigid):
             raise ProblemError(
-                f"Contact: viscoelastic layers need a rigid other body, not {type(other).__name__}: else both surfaces relax differently at "
+                f"viscoelastic layers need a rigid other body, not {type(other).__name__}: else both surfaces relax differently at "
                 "every wavelength, and the springs have no common relaxation function; use Rigid(), or Elastic with the stiffness at one time"
             )
         if self.is_viscoelastic and self.adhesion is not None:
             raise ProblemError(
-                f"Contact: {type(self.adhesion).__name__} of viscoelastic layers is not available: the cohesive zone of a layered body is "
+                f"{type(self.adhesion).__name__} of viscoelastic layers is not available: the cohesive zone of a layered body is "
                 "not local on the line; leave adhesion out, or use a half-space"
             )
         if isinstance(self.profile, ForceCurve):
             raise ProblemError(
-                "Contact: a ForceCurve needs homogeneous half-spaces, but a body is Layered; give the shape as a profile"
+                "a ForceCurve needs homogeneous half-spaces, but a body is layered; give the shape as a profile"
             )
         if self.friction is not None:
             raise ProblemError(
-                "Contact: friction of a Layered body is not available: its tangential displacements are not proportional to its "
+                "friction of a layered body is not available: its tangential displacements are not proportional to its "
                 "normal ones, and the error of the theory of Cattaneo and Mindlin is not known; leave friction out, or use "
                 "Elastic for the body"
             )
         if self.is_cohesive:
             raise ProblemError(
-                f"Contact: {type(self.adhesion).__name__} is not derived for a Layered body, only for homogeneous "
+                f"{type(self.adhesion).__name__} is not derived for a layered body, only for homogeneous "
                 "ones; use JKR for soft and large bodies, DMT for stiff and small ones"
             )
 
     def _refuse_beyond_curve(self, exponent: float) -> None:
         if self.adhesion is not None:
             raise ProblemError(
-                "Contact: a ForceCurve cannot have adhesion, which acts at the edges of the true contact; give the shape as a "
+                "a ForceCurve cannot have adhesion, which acts at the edges of the true contact; give the shape as a "
                 "profile, or leave adhesion out"
             )
         if exponent != 0.0:
             raise ProblemError(
-                f"Contact: a ForceCurve needs homogeneous half-spaces, but a body is graded (exponent {exponent:g}); "
+                f"a ForceCurve needs homogeneous half-spaces, but a body is graded (exponent {exponent:g}); "
                 "give exponent 0, or the shape as a profile"
             )
 
@@ -240,9 +237,7 @@ class Contact(Value):
             ),
         ):
             if present:
-                raise ProblemError(
-                    f"Contact: {name} is not axisymmetric, so {feature} is not available; {remedy}"
-                )
+                raise ProblemError(f"{name} is not axisymmetric, so {feature} is not available; {remedy}")
 
     def _refuse_memory(self) -> None:
         if self.adhesion is None or self.is_cohesive:
@@ -251,7 +246,7 @@ class Contact(Value):
             return
         name = type(self.adhesion).__name__
         raise ProblemError(
-            f"Contact: {name} of a viscoelastic body has no limit of short range: the pull grows without bound as the range of the "
+            f"{name} of a viscoelastic body has no limit of short range: the pull grows without bound as the range of the "
             "attraction decreases; use MaugisDugdale(work, range=...) with the range of the surfaces (0.3 nm to some um for polymers), "
             "JKR(work, range=...) where that is short, or Elastic with the stiffness at one time"
         )

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from pymdr import presentation
 from pymdr.deferred import mpl, xr
 from pymdr.errors import QuantityError
+from pymdr.interpretation.conductance import CONDUCTIONS
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim
 from pymdr.mapping.portable import portable
 from pymdr.presentation import plot
@@ -105,7 +106,12 @@ class Answer(Checked):
 
     @property
     def _shown_claims(self) -> dict[str, Claim]:
-        return {name: self.claims[name] for name in self.summary_claims or self.claims if name in self.claims}
+        chosen = self.summary_claims or self.claims
+        refused = [
+            one.quantity for one in CONDUCTIONS if one.quantity in self.claims
+        ]  # why the table lacks them
+        refused = [name for name in refused if not self.claims[name].readable]
+        return {name: self.claims[name] for name in [*chosen, *refused] if name in self.claims}
 
     def summary(self) -> str:
         """The numbers with units, their claims, and the conditions of the model that are not met."""

@@ -171,9 +171,9 @@ def _turns_of_cycles(displacement: str, u: FloatArray, threshold: float) -> tupl
     """The rows at which cycles begin and turn, and whether the record has one that ends with it."""
     turns = turning_points(u, threshold)
     if turns.size < 2:
-        times = "once" if turns.size else "never"
+        reverses = "reverses once" if turns.size else "never reverses"
         raise ProblemError(
-            f"{displacement} reverses {times} by more than {metres(threshold)}, but a cycle needs "
+            f"{displacement} {reverses} by more than {metres(threshold)}, but a cycle needs "
             "two reversals; give a smaller least, or a longer record"
         )
     is_single = turns.size == 2

@@ -128,7 +128,7 @@ def _draw_zones(axes: draw.Axes, data: draw.FigureData, rows: list[int]) -> None
     least = most = draw.lengths(data.data["stick_radius"].values, unit)
     x, x_label = draw.along_history(data)
     for row, colour in zip(rows, _SHOWN, strict=False):
-        axes.axvline(x[row], color=colour, lw=1.2, ls=":")
+        axes.axvline(x[row], color=colour, lw=1.2, ls=":", clip_on=False)  # a last row is the edge
     if x.size == 1:
         x, a, least, most = np.array([x[0] - 0.5, x[0] + 0.5]), *(np.repeat(v, 2) for v in (a, least, most))
     if _is_thinned(data):
