@@ -29,8 +29,8 @@ def branch(law):
     return depth, 4.0 / 3.0 * MODULUS * np.sqrt(RADIUS) * depth**1.5 - pull
 
 
-def record(law, samples, seed, machine=None, tilt=0.0):
-    """An approach and a retreat with white noise of 1 %."""
+def record(law, samples, seed, machine=None, tilt=0.0, lasting=0.0):
+    """An approach and a retreat with noise of 1 %, white, or of which a part lasts from sample to sample."""
     depth, force = branch(law)
     place = depth if machine is None else depth + force / machine
     fold = np.argmin(place)
@@ -40,9 +40,20 @@ def record(law, samples, seed, machine=None, tilt=0.0):
     touches = along >= np.where(np.arange(samples) < half, 0.0, place[0])
     borne = np.where(touches, np.interp(along, place, force), 0.0)
     noise = 0.01 * np.random.default_rng(seed).normal(size=samples)
+    for i in range(1, samples):
+        noise[i] = lasting * noise[i - 1] + np.sqrt(1.0 - lasting**2) * noise[i]
     measured = borne + np.ptp(borne) * (noise + tilt * (along - along.mean()) / np.ptp(along))
     channel = {"indentation": along} if machine is None else {"travel": along, "spring_constant": machine}
     return mdr.MeasuredCurve(force=measured, **channel)
+
+
+def compare(law, curve, free):
+    """Assert that both ways agree."""
+    one = mdr.fit(CONTACTS[law], curve, free)
+    many = mdr.fit_map(CONTACTS[law], [curve], free)
+    for name in (*free, "contact_point", "baseline"):
+        off = abs(float(many[name][0]) - one[name].value)
+        assert off <= CLOSE * one[name].error, name
 
 
 @pytest.mark.parametrize("tilt", [0.0, 0.1])
@@ -54,8 +65,10 @@ def test_a_map_of_one_curve_is_the_fit_of_it(law, machine, tilt):
     free = ["body.young"] + ["adhesion.work"] * (law != "Hertz") + ["tilt"] * (tilt > 0.0)
     for seed in range(2):
         curve = record(law, 400, seed, machine, tilt)
-        one = mdr.fit(CONTACTS[law], curve, free)
-        many = mdr.fit_map(CONTACTS[law], [curve], free)
-        for name in (*free, "contact_point", "baseline"):
-            off = abs(float(many[name][0]) - one[name].value)
-            assert off <= CLOSE * one[name].error, (seed, name)
+        compare(law, curve, free)
+
+
+@pytest.mark.parametrize(("lasting", "seed"), [(0.8, 0), (0.8, 1), (0.95, 1)])
+def test_a_jump_in_correlated_noise_is_at_one_sample(lasting, seed):
+    """The single fit ended samples beyond the jump of the second and third."""
+    compare("DMT", record("DMT", 400, seed, lasting=lasting), ["body.young", "adhesion.work"])

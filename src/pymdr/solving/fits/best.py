@@ -15,10 +15,11 @@ from pymdr.solving.curves.baselines import CHECK_SIGNS
 from pymdr.solving.fits.determining import more_samples_text
 from pymdr.solving.fits.families import RANGES, FamilyAxes, Ladder, whole_ladder
 from pymdr.solving.fits.forces import forces_of
-from pymdr.solving.fits.kernels import point_across_samples
+from pymdr.solving.fits.kernels import BASE, POINT, point_across_samples, start_near
+from pymdr.solving.fits.kernels import TILT as TILTED
 from pymdr.solving.fits.limits import Limit, starts_from_limits
 from pymdr.solving.fits.minimizing import TOLERANCE, Minimum, minimize_from
-from pymdr.solving.fits.quick import depth_ranges, fit_by_family
+from pymdr.solving.fits.quick import depth_ranges, fit_by_family, table_of, wanted_of
 from pymdr.solving.fits.records import ListedCurves, Stretch
 from pymdr.solving.fits.request import (
     AT_END,
@@ -80,7 +81,7 @@ def best_end(search: Search, tolerance: float = TOLERANCE) -> End:
     )
     followed = search if once else monotone
     if quick is not None:
-        starts_by_curve = [[quick[0]]]
+        starts_by_curve = [quick[0]]
     elif nearby is not None:
         starts_by_curve = [own[:_NEAR] for own in nearby.starts]
     elif search.contact.has_edge_history:
@@ -122,7 +123,7 @@ def _end_near(search: Search) -> tuple[float, FloatArray]:
     quick = _quick_start(search, _SOME)
     if quick is None:
         return best_end(search)[:2]
-    one, _ = quick
+    (one, *_), _ = quick
     free = search.to_free(one.values.tolist(), [_origins_of(search, one)])
     return float((search.residuals(free) ** 2).sum()), free
 
@@ -201,8 +202,8 @@ def soft_machine_text(place: FloatArray, force: FloatArray, softness: float) -> 
     )
 
 
-def _quick_start(search: Search, rungs: int | None = None) -> tuple[Start, FloatArray] | None:
-    """The end of a search over a family of forces, of some rungs, and the errors of its free numbers, if it applies and succeeds."""
+def _quick_start(search: Search, rungs: int | None = None) -> tuple[list[Start], FloatArray] | None:
+    """Starts from the end of a search over a family of forces, of some rungs, and the errors of its free numbers, if it applies and succeeds."""
     unknowns = search.unknowns
     curves = ListedCurves(search.measured)
     at_start = put_into(search.contact, unknowns, np.array([u.start for u in unknowns]))
@@ -234,7 +235,29 @@ def _quick_start(search: Search, rungs: int | None = None) -> tuple[Start, Float
     values = np.array([fitted[u.name][0] for u in unknowns])
     scales = [*(u.rate(float(v)) for u, v in zip(unknowns, values, strict=True)), *search.origin_scales]
     errors = np.array([fitted[f"{name}_error"][0] for name in request.names]) / scales
-    return Start(0.0, values, *(origin.get(name, 0.0) for name in (CONTACT_POINT, BASELINE, TILT))), errors
+    start = Start(0.0, values, *(origin.get(name, 0.0) for name in (CONTACT_POINT, BASELINE, TILT)))
+    return [start, *_starts_with_all_samples(request, axes, stretch, start)], errors
+
+
+def _starts_with_all_samples(
+    request: FitRequest, axes: FamilyAxes, stretch: Stretch, start: Start
+) -> list[Start]:
+    """
+    The best place near a start for a constant pull over indentations; else none.
+
+    The end of a search without the samples beside a jump may be samples beyond it, from where a search with all samples does not return.
+    """
+    wanted = wanted_of(request, axes)
+    if not (wanted.pulled and wanted.free[POINT]) or stretch.softness[0] != 0.0:
+        return []
+    good = np.isfinite(stretch.place[0]) & np.isfinite(stretch.force[0])
+    place, force = stretch.place[0][good], stretch.force[0][good]
+    middle = 0.5 * (place.min() + place.max()) if wanted.free[TILTED] else 0.0
+    theta = np.array([0.0, 0.0, start.origin - middle, start.baseline, start.tilt])
+    family = table_of(next(iter(request.families.values())))
+    near = start_near(place - middle, force, wanted, family, theta)
+    values = axes.values(near[None, 0], near[None, 1])[0][0]
+    return [Start(0.0, values, near[POINT] + middle, near[BASE], near[TILTED])]
 
 
 def _turned_text(search: Search) -> str:

@@ -75,7 +75,7 @@ def fit_by_family(request: FitRequest, axes: FamilyAxes, stretch: Stretch) -> Fi
         np.full(count, UNREAD, dtype=np.int8),
     )
     refusals: set[str] = set()
-    wanted = _wanted(request, axes)
+    wanted = wanted_of(request, axes)
     engine = _compiled() if request.many else AS_IT_IS
     ranges = depth_ranges(stretch)
     _fit_ranges(request, stretch, (wanted, engine), ranges, fits, refusals)
@@ -152,7 +152,7 @@ def _say_slow() -> None:
     _log.warning("numba cannot be imported: fits of maps are about fifty times slower; install numba")
 
 
-def _wanted(request: FitRequest, axes: FamilyAxes) -> Wanted:
+def wanted_of(request: FitRequest, axes: FamilyAxes) -> Wanted:
     """The free numbers of the search."""
     rates, number = axes.columns(), axes.number
     directions, back = np.zeros((len(request.names), NUMBERS)), np.eye(len(request.names))

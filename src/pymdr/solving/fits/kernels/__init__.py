@@ -16,7 +16,7 @@ from pymdr.solving.fits.kernels.model import (
     on_machine,
     read,
 )
-from pymdr.solving.fits.kernels.pulls import point_across_samples
+from pymdr.solving.fits.kernels.pulls import point_across_samples, start_near
 from pymdr.solving.fits.kernels.starts import Engine
 
 __all__ = [
@@ -38,4 +38,5 @@ __all__ = [
     "on_machine",
     "point_across_samples",
     "read",
+    "start_near",
 ]
