@@ -334,3 +334,32 @@ def test_a_test_takes_what_solve_takes(seed):
     solved = mdr.solve(contact, path >> mdr.Path(time=end + time + away / speed, indentation=top - away))
     assert solved.status is mdr.Status.PULLED_OFF
     assert test.largest_pull == pytest.approx(float(solved["normal_force"].min()), rel=2e-3)
+
+
+SILICONE = mdr.Viscoelastic(mdr.StandardSolid("10 kPa", "30 kPa", "1 s"), poisson=0.5)
+PROBE = mdr.Contact(mdr.Paraboloid("1 mm"), SILICONE, adhesion=mdr.MaugisDugdale("50 mJ/m^2", range="5 um"))
+
+
+@pytest.mark.parametrize("machine", [1e-3, 1e-6])
+def test_separation_from_a_soft_machine_spends_nothing_in_the_body(machine):
+    pull = mdr.pull_off(PROBE, preload="0.1 mN", speed="1 um/s", machine_stiffness=machine)
+    (balance,) = (one for one in pull.assumptions if one.name == "energy balance")
+    assert balance.measure < 1e-6
+    rows = pull.result.data
+    # all of the work is dissipated after a long time, most of it the energy of the machine
+    assert float(rows["dissipated_energy"][-1]) == pytest.approx(pull.external_work, rel=1e-5)
+    assert pull.dissipated_energy == pytest.approx(0.5 * pull.normal_force**2 / machine, rel=1e-3)
+
+
+def test_lengths_beside_the_travel_of_a_soft_machine_are_shown_and_a_softer_one_is_refused():
+    elastic = mdr.Contact(mdr.Paraboloid("1 mm"), mdr.Elastic("1 MPa", 0.5), adhesion=mdr.JKR("50 mJ/m^2"))
+    soft, dead = (mdr.pull_off(elastic, machine_stiffness=k) for k in (1e-30, 0.0))
+    assert soft.indentation == pytest.approx(dead.indentation, rel=1e-6)
+    texts = [next(line for line in str(one).splitlines() if "contact radius" in line) for one in (soft, dead)]
+    assert texts[0] == texts[1]
+    with pytest.raises(
+        mdr.ProblemError, match=r"machine_stiffness = .*limit 1e\+10.*give at least"
+    ) as refused:
+        mdr.pull_off(PROBE, preload="0.1 mN", speed="1 um/s", machine_stiffness=1e-30)
+    least = str(refused.value).partition("give at least ")[2].partition(",")[0]
+    assert mdr.pull_off(PROBE, preload="0.1 mN", speed="1 um/s", machine_stiffness=least).largest_pull < 0.0

@@ -66,12 +66,14 @@ def number_lines(groups: Numbers) -> list[tuple[str, list[tuple[str, str]]]]:
     kinds: dict[str, list[float]] = {}
     for values in groups.values():
         for name, value in values.items():
-            kinds.setdefault(QUANTITIES[name].unit, []).append(value)
+            # the travel of a soft machine is of another size than the lengths of the contact
+            if name != "travel":
+                kinds.setdefault(QUANTITIES[name].unit, []).append(value)
 
     def row(name: str, value: float) -> tuple[str, str]:
         quantity = QUANTITIES[name]
         return quantity.long_name, written(
-            without_rounding(value, kinds[quantity.unit], quantity.unit), quantity.unit
+            without_rounding(value, kinds.get(quantity.unit, [value]), quantity.unit), quantity.unit
         )
 
     return [(heading, [row(*pair) for pair in values.items()]) for heading, values in groups.items()]

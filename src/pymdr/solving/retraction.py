@@ -32,6 +32,8 @@ _TOUCH = 1e-7
 """Part of the approach at which the first touch is read; with powers of time, whose series begins at the shortest time of a path, a row."""
 _EVEN_TOUCH = 1.0 / (ROWS - 1)
 _DOUBLINGS = 30
+_MOST_RANGES = 1e10
+"""Largest travel in a retraction over the range of the attraction, for which six digits of that range are left."""
 _STEEPEST = 10.0
 """Largest slope of the profile in the contact before the retraction, far beyond the small slopes of the model: no row finds a pull beside such loads."""
 
@@ -240,11 +242,28 @@ def _retreat(rest: _AtRest, approach: _Approach, test: TackTest) -> tuple[float,
         follow = rest.springs(approach, test, length).follow
         rows = follow(np.append(end, time), np.append(approach.top, travel), rest.stiffness)
         if rows["cohesive_radius"][-1] == 0.0:
+            _refuse_soft(rest, length, rows)
             return length, rows
         length *= 2.0
     raise ConvergenceError(
         f"the contact has not been lost after a retraction of {written(length, 'm', 3)}; check the magnitudes of the speeds and relaxation times"
     )
+
+
+def _refuse_soft(rest: _AtRest, length: float, rows: dict[str, FloatArray]) -> None:
+    """Refuse a machine that travels so far in a retraction, to a length in m, that no digit of the range of the attraction is left."""
+    law = rest.contact.adhesion
+    assert law is not None
+    assert law.attraction_range is not None
+    ranges = length / law.attraction_range
+    if ranges > _MOST_RANGES:
+        pull = max(0.0, -float(np.min(rows["normal_force"])))
+        least = pull / (_MOST_RANGES * law.attraction_range)
+        raise ProblemError(
+            f"machine_stiffness = {written(rest.stiffness, 'N/m', 3)}: the machine travels {written(length, 'm', 3)} in the retraction, {ranges:.2g} times the "
+            f"range of the attraction (limit {_MOST_RANGES:.0e}), beside which numbers keep no digit of the contact; give at least "
+            f"{written(4.0 * least, 'N/m', 2)}, or solve(contact, load(...)) with a rate for a dead load"
+        )
 
 
 def _refuse_steep(before: Result, quantity: str, target: float) -> None:

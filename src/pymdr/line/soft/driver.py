@@ -179,8 +179,11 @@ def find(zone: Zone, guess: float, bound: float) -> int:
 
 @merged
 def separate(zone: Zone) -> None:
-    """Free the springs at once."""
+    """Free the springs at once: the path of a soft machine in so short a time would move them by metres."""
     end = zone.end
+    time = end[TIME]
+    set_length(zone, 0.0, end[CONTROL])
+    end[TIME] = time
     end[RADIUS], end[OUTER], end[FORCE] = 0.0, 0.0, 0.0
     end[DEPTH] = end[CONTROL] / end[ALPHA] if end[ALPHA] > 0.0 else -end[HEIGHT]
     for j in range(zone.body.shape[1]):
@@ -343,8 +346,11 @@ def fall(zone: Zone, out: FloatArray, vanishes: bool, retreats: bool) -> int:
     else:
         separate(zone)
         load = 0.0
+    spent = now[SPENT]
     call(zone.accept, None, (zone,))
     if jumped:
+        # at once, so that nothing is spent in the body
+        now[SPENT] = spent
         if out[OUT_JUMPED] == 0.0:
             out[OUT_JUMP_TIME] = now[TIME]
         out[OUT_JUMPED] = 1.0
