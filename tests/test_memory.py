@@ -11,6 +11,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.special import dawsn
 
+import pymdr as mdr
 from drawing import examples
 from pymdr.errors import ConvergenceError, PathError
 from pymdr.line.curves import ElasticLine
@@ -827,3 +828,19 @@ def test_no_load_leaves_no_trace(body, size, above):
     result = follow_loads(line, body, [2.0, 3.0], force, rest.state, n=40)
     bare = follow_loads(line, body, [2.0, 3.0], force, virgin(1.0), n=40)
     assert result.indentation == pytest.approx(bare.indentation, rel=1e-12)
+
+
+def test_large_errors_of_fields_under_few_rows_of_a_falling_force_say_what_reduces_them():
+    soft = mdr.Viscoelastic(mdr.StandardSolid("10 kPa", "30 kPa", "1 s"), poisson=0.5)
+    contact = mdr.Contact(mdr.Paraboloid("1 mm"), soft)
+    few, many = (
+        mdr.solve(
+            contact,
+            mdr.load("0.3 mN", duration="1 s", steps=n) >> mdr.load("0.1 mN", duration="1 s", steps=n),
+        ).claims["pressure"]
+        for n in (1, 20)
+    )
+    assert few.error[-1] == 1.0
+    assert "give more steps" in few.reason
+    assert many.error[-1] < 0.01
+    assert "give more steps" not in many.reason

@@ -69,6 +69,8 @@ LEVELS = ((2, SPRINGS), (1, SPRINGS // 2), (1, SPRINGS // 4))
 STRAIGHT = 1e-3
 """Largest deviation of an indentation that is not prescribed from a straight line within a part of a row, over the
 largest indentation, before the parts are refined twice more."""
+_LARGE = 0.01
+"""Error of pressures from which on claims say what reduces it."""
 _SHALLOW = 0.1
 """Fraction of the largest target below which the first rows are divided by their own size."""
 
@@ -374,6 +376,11 @@ def _claims_with_fields(
     if surface.marks(int(np.argmax(surface.contact_radius))):
         remark += "; the error of the pressure is larger within 1 % of the radius of a kink of the profile"
     errors = {name: check.error(name, force.size) + kernel for name in NORMAL_FIELDS}
+    if not rows.moved.all() and float(np.max(errors["pressure"], initial=0.0)) > _LARGE:
+        remark += (
+            f"; fields have errors above {_LARGE:g}, because they follow indentations that are straight between rows, and with few rows no spring "
+            "shows the edge: give more steps, such as load(..., steps=20)"
+        )
     given = rows.disk, rows.forced, rows.moved
     if isinstance(surface, LayeredMemorySurface):
         claims = layered_memory_claims(names, surface.curve, surface.indentation, given, (check, remark))
