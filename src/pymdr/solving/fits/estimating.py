@@ -36,6 +36,7 @@ from pymdr.solving.fits.minimizing import (
     samples_off_jumps,
 )
 from pymdr.solving.fits.quality import Quality, worst_quality
+from pymdr.solving.fits.request import SEEN
 from pymdr.solving.fits.residuals import DECIDED, waves_of
 from pymdr.solving.fits.results import Fitted
 from pymdr.solving.fits.searching import Modelled, Search
@@ -205,13 +206,18 @@ def _least_off_jumps(
     # the samples beside the jump of a constant pull, which are left out, decide between which samples it is
     stays = search.jumps and all(one.compliance == 0.0 for one in search.measured)
     touches = tuple(one.touches for one in search.models(best))
-    for _ in range(ROUNDS_OF_JUMPS):
-        own = replace(search, touches=touches, used=tuple(map(off_changes, touches)))
-        minimum = minimize_from(own, best, tolerance=tolerance)
-        best, left = minimum.free, touches
-        touches = left if stays else tuple(one.touches for one in search.models(best))
-        if all(np.array_equal(*pair) for pair in zip(left, touches, strict=True)):
+    own = replace(search, touches=touches, used=tuple(map(off_changes, touches)))
+    minimum = minimize_from(own, best, tolerance=tolerance)
+    for _ in range(0 if stays else ROUNDS_OF_JUMPS - 1):
+        moved = tuple(one.touches for one in search.models(minimum.free))
+        if all(np.array_equal(*pair) for pair in zip(touches, moved, strict=True)):
             break
+        other = replace(search, touches=moved, used=tuple(map(off_changes, moved)))
+        end = minimize_from(other, minimum.free, tolerance=tolerance)
+        before, after = (sum(map(np.count_nonzero, one.used)) for one in (own, other))
+        if end.misfit * before > minimum.misfit * after * (1.0 + SEEN / before):
+            break  # significantly larger squares
+        own, minimum, touches = other, end, moved
     return own, minimum
 
 

@@ -227,7 +227,7 @@ def _descend_off_jumps(search: _Search, batch: Batch, ends: Ends, used: BoolArra
     Descents with fixed jumps without the samples adjacent to them, which are written into `used`.
 
     The jumps are those of the ends themselves, found in turn: an end whose jumps are elsewhere depends on its start. Those of a constant pull
-    at a known indentation stay: without the samples beside it, it would move on and on.
+    at a known indentation stay: without the samples beside it, it would move on and on. Jumps with significantly larger squares are not taken.
     """
     limits, inside = Limits(_POLISH, enough), ends.touches.copy()
     ends = search.from_places(batch, ends.theta, limits, inside)
@@ -238,9 +238,12 @@ def _descend_off_jumps(search: _Search, batch: Batch, ends: Ends, used: BoolArra
         moving, own = moving[moved], own[moved]
         if not moving.size:
             break
-        inside[moving] = own
         others = search.from_places(_of(batch, moving), ends.theta[moving], limits, own)
-        _put(ends, moving, others, np.ones(moving.size, dtype=np.bool_))
+        left = off_changes(inside[moving]).sum(axis=1), off_changes(own).sum(axis=1)
+        kept = others.misfit * left[0] <= ends.misfit[moving] * left[1] * (1.0 + SEEN / left[0])
+        _put(ends, moving, others, kept)
+        moving, own = moving[kept], own[kept]
+        inside[moving] = own
     used[:] = off_changes(inside)
     return ends
 
