@@ -341,7 +341,7 @@ def judge_pressure(outcome, rng, curve, result, row, a_at, a, truth, errors, con
     inside = r.astype(LONG) < a[row] * (1 - LONG("1e-13"))
     values = np.asarray(result.field("pressure", r=r, step=int(row)), dtype=float)
     claimed = errors["pressure"][row]
-    spread = a[row] * (2 * EPS + (10 * errors["contact_radius"][row] + ROUNDING) * condition[row])
+    spread = a[row] * (2 * EPS + 10 * errors["contact_radius"][row] + ROUNDING * condition[row])
     for k in np.flatnonzero(inside):
         panel, offset = quadrature.place(curve, r[k : k + 1].astype(LONG))
         exact, size = quadrature.pressure_integral(curve, (panel[0], offset[0]), a_at)
