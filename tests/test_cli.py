@@ -171,6 +171,16 @@ def test_a_contact_in_closed_form_loads_no_more_than_it_needs(case):
         ("[profile]", "[solve]\ntolerance = nan\n[profile]", ["[solve] tolerance = nan: a finite number"]),
         ("[profile]", "[solve]\ntolerance = true\n[profile]", ["[solve] tolerance = True: a number is"]),
         ("[profile]", "[solve]\ntolerance = '1e-4'\n[profile]", ["[solve] tolerance = '1e-4': a number is"]),
+        (
+            "[profile]",
+            "[solve]\ntolerance = 1e-4\n[profile]",
+            ["ball.toml: [solve] tolerance = 0.0001; it is for"],
+        ),
+        (
+            "[profile]",
+            "[solve]\nmachine_stiffness = -1\n[profile]",
+            ["[solve] machine_stiffness = -1: it must be"],
+        ),
         ("[profile]", "[profile", ["not TOML"]),
         ('radius = "10 mm"', 'radius = "10 mm"\nfile = "x.csv"', ["[profile]", "file"]),
     ],

@@ -368,7 +368,7 @@ def test_what_is_refused_before_it_starts(monkeypatch):
         (lambda: mdr.press(surface, UNIT, indentation=-0.1), "must be above 0"),
         (
             lambda: mdr.press(surface, UNIT, normal_force=[1.0, 1e300]),
-            r"normal_force = 1e\+300 N.* at most 1e\+60 N",
+            r"normal_force = 1e\+300 N.* at most 1e\+60 N; check the unit",
         ),
         (lambda: mdr.press(surface, UNIT, indentation=1e-300), "indentation = 1e-300 m.* at least 1e-60 m"),
         (lambda: mdr.press(surface, UNIT, indentation=0.1, engine="none"), "is unknown; give one of"),

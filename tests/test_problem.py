@@ -243,11 +243,11 @@ def test_bad_contacts(arguments):
 def test_a_path_is_repeated_by_a_number():
     tap = mdr.indent("1 um") >> mdr.indent("0 um")
     assert tap * np.int64(3) == tap >> tap >> tap
-    with pytest.raises(mdr.PathError, match=r"path \* 0: a path is repeated at least once"):
-        tap * 0
-    for wrong in (2.5, True, "3"):
-        with pytest.raises(TypeError):
-            tap * wrong
+    for times in (0, 2.5, True, "3", None):
+        with pytest.raises(
+            mdr.PathError, match=rf"path \* {times!r}: a whole number of at least 1 is needed"
+        ):
+            tap * times
 
 
 def test_legs_in_a_row():

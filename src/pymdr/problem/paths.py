@@ -55,10 +55,8 @@ class LoadingPath(Value, ABC):
         >>> tap * 2 == tap >> tap
         True
         """
-        if isinstance(times, bool) or not isinstance(times, int | np.integer):
-            return NotImplemented
-        if times < 1:
-            raise PathError(f"path * {times}: a path is repeated at least once, as in path * 3")
+        if isinstance(times, bool) or not isinstance(times, int | np.integer) or times < 1:
+            raise PathError(f"path * {shown(times)}: a whole number of at least 1 is needed, as in path * 3")
         return History(legs(self) * int(times))
 
 

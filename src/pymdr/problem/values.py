@@ -181,8 +181,9 @@ def within_range(values: Any, unit: str, name: str, *, size: bool = False, limit
     largest = float(np.max(magnitude, initial=0.0))
     if largest > LARGEST or (size and largest < _SMALLEST):
         limit = f"at most {LARGEST:g}" if largest > LARGEST else f"at least {_SMALLEST:g}"
+        remedy = "; check the unit" if unit else ""
         raise ProblemError(
-            f"{name} = {largest:.3g} {unit}".rstrip() + f": it must be {limit} {unit}".rstrip()
+            f"{name} = {largest:.3g} {unit}".rstrip() + f": it must be {limit} {unit}".rstrip() + remedy
         )
     small = (magnitude < NOTHING) & (magnitude > 0.0)
     if limited or not np.any(small):

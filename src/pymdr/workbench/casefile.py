@@ -31,6 +31,7 @@ from pymdr.problem.paths import CHANNELS, LoadingPath
 from pymdr.problem.rough import RoughSurface
 from pymdr.problem.schedule import check_times, is_torsional
 from pymdr.problem.topography import Topography
+from pymdr.solving.verb import check_tolerance, read_stiffness
 from pymdr.units import shown, to_si, to_si_array
 from pymdr.workbench.inputs import read_text
 
@@ -88,7 +89,12 @@ def case_of_tables(tables: Mapping[str, Any], file: Path = Path()) -> Case:
     outputs = {name: tables[name] for name in OUTPUTS if name in tables}
     for name, wanted in outputs.items():
         _check_output(name, wanted, contact, path)
-    return Case(file, title, contact, path, _options(tables.get("solve", {})), outputs)
+    options = _options(tables.get("solve", {}))
+    with errors_of_case("[solve]"):
+        if "machine_stiffness" in options:
+            read_stiffness(options["machine_stiffness"])
+        check_tolerance(contact, options.get("tolerance"), options.get("solver"))
+    return Case(file, title, contact, path, options, outputs)
 
 
 def read_tables(file: str | os.PathLike[str]) -> dict[str, Any]:

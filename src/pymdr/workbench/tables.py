@@ -532,10 +532,13 @@ def columns_of_lines(
         )
     for quantity in needed:
         if quantity not in columns:
-            raise CaseError(
-                f"{source}: no column of {quantity} in the header {shown!r}; name one "
-                f"{names[quantity][0]!r} with its unit, for example '{names[quantity][0]} [{_si_unit(quantity)}]'"
+            title = names[quantity][0]
+            remedy = (
+                f"name one {title!r} with its unit, for example '{title} [{_si_unit(quantity)}]'"
+                if title in _RECORD.get(quantity, names[quantity])
+                else f"none is {title!r}, give {', '.join(dict.fromkeys(_title(one)[0] for one in header[:-1]))} or {_title(header[-1])[0]}"
             )
+            raise CaseError(f"{source}: no column of {quantity} in the header {shown!r}; {remedy}")
     columns = _by_unit(columns, header)
     for quantity, indices in columns.items():
         if len(indices) > 1:
