@@ -48,8 +48,6 @@ _STEEP = 8.0
 """Ratio of the slopes at the ends of a panel above which its local power is divided out."""
 _SPREAD = 64.0
 """Largest ratio of slopes on a panel after a breakpoint."""
-_QUARTERED = 4.0
-"""Largest ratio of the offsets from a breakpoint at the ends of a panel."""
 _GRADED = 18
 """Largest number of times that the first panel after a breakpoint is quartered."""
 _SLIVER = 0.1
@@ -227,11 +225,6 @@ def anchored(base: float, low: float, stop: float, end: float) -> Panels:
             and edges[-1] - edges[-2] < _SLIVER * (edges[-2] - edges[-3])
         ):
             edges = np.delete(edges, -2)
-    if base > 0.0 and low > 0.0 and edges[1] > _QUARTERED * low:
-        # as where the first panel was quartered: one on which f' is a power would be resolved over any ratio of offsets,
-        # but the Gauss nodes of its integrals are not
-        between = low * _QUARTERED ** np.arange(1.0, math.log(edges[1] / low, _QUARTERED) - 1e-6)
-        edges = np.concatenate([edges[:1], between, edges[1:]])
     return _row(base, edges)
 
 
