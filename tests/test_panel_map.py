@@ -970,8 +970,12 @@ def test_radii_beyond_a_corner_are_mapped_alike_in_any_order(seed, breakpoints):
 
     radii = b * (1.0 + np.array([-0.5, 1e-11, 1e-9, 1e-6, 6e-5, 3e-4, 4e-3, 0.05, 0.6, 3.0]))
     order = np.random.default_rng(seed).permutation(radii.size)[:4]
-    line = equivalent_profile(mdr.Function(derivative=derivative, breakpoints=breakpoints))
-    moments = np.array([line.moment(line.place(line.g(radii[[i]])))[0] for i in order])
+    line, fresh = (
+        equivalent_profile(mdr.Function(derivative=f, breakpoints=breakpoints))
+        for f in (derivative, lambda r: derivative(r))
+    )
+    depths = [fresh.g(radii[[i]]) for i in order]
+    moments = np.array([line.moment(line.place(depth))[0] for depth in depths])
     assert worst(moments, [sneddon_moment(b, steep, blunt, radii[i]) for i in order]) < 1e-13
 
 
