@@ -198,26 +198,28 @@ def _least_off_jumps(
     The least squares of the used samples, and the search over them.
 
     With adhesion the samples in contact are fixed, and those adjacent to jumps left out. The jumps are those of the end itself, found in turn,
-    but for an edge with a history, where a search takes seconds.
+    but for an edge with a history, where a search takes seconds. Where the law with its own samples in contact then has significantly larger
+    squares than at the start, it decides in the search: fixed samples may be fitted far beyond the loss of contact.
     """
+    law = search if all(part.all() for part in used) else replace(search, used=used)
     if search.used or search.contact.adhesion is None or search.shears or search.contact.has_edge_history:
-        own = search if all(part.all() for part in used) else replace(search, used=used)
-        return own, minimize_from(own, best, tolerance=tolerance)
+        return law, minimize_from(law, best, tolerance=tolerance)
     # the samples beside the jump of a constant pull, which are left out, decide between which samples it is
     stays = search.jumps and all(one.compliance == 0.0 for one in search.measured)
-    touches = tuple(one.touches for one in search.models(best))
-    own = replace(search, touches=touches, used=tuple(map(off_changes, touches)))
-    minimum = minimize_from(own, best, tolerance=tolerance)
-    for _ in range(0 if stays else ROUNDS_OF_JUMPS - 1):
-        moved = tuple(one.touches for one in search.models(minimum.free))
-        if all(np.array_equal(*pair) for pair in zip(touches, moved, strict=True)):
+    free, touches = best, tuple(one.touches for one in search.models(best))
+    for _ in range(ROUNDS_OF_JUMPS):
+        own = replace(search, touches=touches, used=tuple(map(off_changes, touches)))
+        minimum = minimize_from(own, free, tolerance=tolerance)
+        free, left = minimum.free, touches
+        touches = left if stays else tuple(one.touches for one in search.models(free))
+        if all(np.array_equal(*pair) for pair in zip(left, touches, strict=True)):
             break
-        other = replace(search, touches=moved, used=tuple(map(off_changes, moved)))
-        end = minimize_from(other, minimum.free, tolerance=tolerance)
-        before, after = (sum(map(np.count_nonzero, one.used)) for one in (own, other))
-        if end.misfit * before > minimum.misfit * after * (1.0 + SEEN / before):
-            break  # significantly larger squares
-        own, minimum, touches = other, end, moved
+    if not stays:
+        both = tuple(one & other for one, other in zip(used, own.used, strict=True))
+        common = replace(search, used=both)
+        least, larger = (float((common.residuals(one) ** 2).sum()) for one in (best, free))
+        if larger > least * (1.0 + SEEN / max(sum(map(np.count_nonzero, both)), 1)):
+            return law, minimize_from(law, best, tolerance=tolerance)
     return own, minimum
 
 

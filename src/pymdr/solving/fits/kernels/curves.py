@@ -107,10 +107,16 @@ class _Search(NamedTuple):
     engine: Engine
 
     def from_places(
-        self, batch: Batch, starts: FloatArray, limits: Limits, inside: BoolArray | None = None
+        self,
+        batch: Batch,
+        starts: FloatArray,
+        limits: Limits,
+        inside: BoolArray | None = None,
+        used: BoolArray | None = None,
     ) -> Ends:
         """Descents along all free numbers, with prescribed samples in contact without those adjacent to a jump."""
-        used = np.ones(batch.place.shape, dtype=np.bool_) if inside is None else off_changes(inside)
+        if used is None:
+            used = np.ones(batch.place.shape, dtype=np.bool_) if inside is None else off_changes(inside)
         return self.engine.descents(batch, self.wanted.directions, self.family, starts, used, limits, inside)
 
     def at_shape(self, batch: Batch, starts: FloatArray, enough: float) -> Ends:
@@ -227,24 +233,31 @@ def _descend_off_jumps(search: _Search, batch: Batch, ends: Ends, used: BoolArra
     Descents with fixed jumps without the samples adjacent to them, which are written into `used`.
 
     The jumps are those of the ends themselves, found in turn: an end whose jumps are elsewhere depends on its start. Those of a constant pull
-    at a known indentation stay: without the samples beside it, it would move on and on. Jumps with significantly larger squares are not taken.
+    at a known indentation stay: without the samples beside it, it would move on and on. Where the law with its own samples in contact then has
+    significantly larger squares than at the start, it decides in the descent: fixed samples may be fitted far beyond the loss of contact.
     """
-    limits, inside = Limits(_POLISH, enough), ends.touches.copy()
-    ends = search.from_places(batch, ends.theta, limits, inside)
-    moving = np.flatnonzero((batch.softness != 0.0) | (not search.wanted.pulled))
+    limits, first, inside = Limits(_POLISH, enough), ends, ends.touches.copy()
+    ends = search.from_places(batch, first.theta, limits, inside)
+    own = moving = np.flatnonzero((batch.softness != 0.0) | (not search.wanted.pulled))
     for _ in range(ROUNDS_OF_JUMPS - 1):
-        own = search.from_places(_of(batch, moving), ends.theta[moving], Limits(0, 0.0)).touches
-        moved = (own != inside[moving]).any(axis=1)
-        moving, own = moving[moved], own[moved]
+        touches = search.from_places(_of(batch, moving), ends.theta[moving], Limits(0, 0.0)).touches
+        moved = (touches != inside[moving]).any(axis=1)
+        moving = moving[moved]
         if not moving.size:
             break
-        others = search.from_places(_of(batch, moving), ends.theta[moving], limits, own)
-        left = off_changes(inside[moving]).sum(axis=1), off_changes(own).sum(axis=1)
-        kept = others.misfit * left[0] <= ends.misfit[moving] * left[1] * (1.0 + SEEN / left[0])
-        _put(ends, moving, others, kept)
-        moving, own = moving[kept], own[kept]
-        inside[moving] = own
+        inside[moving] = touches[moved]
+        others = search.from_places(_of(batch, moving), ends.theta[moving], limits, inside[moving])
+        _put(ends, moving, others, np.ones(moving.size, dtype=np.bool_))
     used[:] = off_changes(inside)
+    before = off_changes(first.touches[own])
+    common, of_law = before & used[own], search.from_places(_of(batch, own), ends.theta[own], Limits(0, 0.0))
+    least, larger = ((one * common) ** 2 for one in (first.left[own], of_law.left))
+    astray = larger.sum(axis=1) > least.sum(axis=1) * (1.0 + SEEN / np.maximum(common.sum(axis=1), 1))
+    if astray.any():
+        rest = own[astray]
+        used[rest] = before[astray]
+        others = search.from_places(_of(batch, rest), first.theta[rest], limits, used=used[rest])
+        _put(ends, rest, others, np.ones(rest.size, dtype=np.bool_))
     return ends
 
 
