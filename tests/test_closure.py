@@ -432,8 +432,8 @@ def test_the_tangential_stiffness_of_a_slipping_contact_errs_as_that_of_the_part
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_tangential_forces_near_a_change_of_sign_err_within_their_claims(seed):
-    """The errors of the turning points add up where their forces cancel."""
+def test_small_tangential_forces_and_energies_err_within_their_claims(seed):
+    """The errors of the turning points add up where their forces and energies cancel."""
     random = np.random.default_rng(seed)
     profile = mdr.PowerLaw(random.uniform(1.2, 4.0), "1 um", "100 um")
     points = DEEPEST * np.sort(random.uniform(0.0, 1.0, int(random.integers(8, 60))))
@@ -455,12 +455,12 @@ def test_tangential_forces_near_a_change_of_sign_err_within_their_claims(seed):
     true, result = (
         mdr.solve(mdr.Contact(shape, PLAIN, PLAIN, friction=friction), path) for shape in (profile, curve)
     )
-    claim, exact = result.claims["tangential_force"], true["tangential_force"].values
-    value = result["tangential_force"].values
-    known = claim.where & (claim.error < 1.0)
-    assert known.mean() > 0.9
-    off, allowed = np.abs(value - exact), claim.error * np.abs(value) + 1e-12 * np.abs(exact).max()
-    assert np.all(off[known] <= allowed[known])
+    for name in ("tangential_force", "stored_tangential_energy"):
+        value, exact, claim = result[name].values, true[name].values, result.claims[name]
+        known = claim.where & (claim.error < 1.0)
+        assert known.mean() > 0.9
+        off, allowed = np.abs(value - exact), claim.error * np.abs(value) + 1e-12 * np.abs(exact).max()
+        assert np.all(off[known] <= allowed[known])
 
 
 @pytest.mark.parametrize("stiffness", [1e6, 1e7])

@@ -70,8 +70,8 @@ class Slip(NamedTuple):
 
     stuck: FloatArray
     """Depths in m at which the contact is as large as the part that sticks, whose stiffness is the tangential one."""
-    opposed: FloatArray
-    """Sum of the magnitudes of the tangential forces of all parts over that of F_x, which is far smaller near a change of sign."""
+    opposed: Mapping[str, FloatArray]
+    """Sum of the magnitudes of all parts over that of their sum, which is far smaller where parts cancel."""
 
 
 def closure_claims(
@@ -108,7 +108,8 @@ def closure_claims(
     if slip is not None:
         for each, error_at in zip((errors, given), both, strict=True):
             of_stuck = np.where(slip.stuck > 0.0, error_at(slip.stuck)[0], 0.0)
-            each["tangential_stiffness"] = np.maximum(each["tangential_stiffness"], of_stuck)
+            for name in ("tangential_stiffness", "stored_tangential_energy"):
+                each[name] = np.maximum(each[name], of_stuck)
     if balance is not None:
         unknown = ~(errors["dissipated_energy"] + np.nan_to_num(given["dissipated_energy"]) < 1.0)
         unknown &= np.isfinite(balance).all(axis=0)
@@ -118,12 +119,12 @@ def closure_claims(
             each["dissipated_energy"] = np.where(unknown, bound, each["dissipated_energy"])
     known = dict(prescribed or {})
     if slip is not None:
-        # forces near 0 stay: they are known to a part of mu F_N
-        size = errors["tangential_force"] + np.nan_to_num(given["tangential_force"])
-        known["tangential_force"] = known.get("tangential_force", False) | (size < 1.0)
-        for each in (errors, given):
-            error = each["tangential_force"]
-            each["tangential_force"] = np.where(error > 0.0, error * slip.opposed, error)
+        for name, factor in slip.opposed.items():
+            # values near 0 stay: they are known to a part of mu F_N, or of the largest energy
+            size = errors[name] + np.nan_to_num(given[name])
+            known[name] = known.get(name, False) | (size < 1.0)
+            for each in (errors, given):
+                each[name] = np.where(each[name] > 0.0, each[name] * factor, each[name])
     remark = "; only the scatter of the points is known: ForceCurve.error was not given"
     if closure.given is not None:
         remark = "; errors include those of the points"
