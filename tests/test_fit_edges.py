@@ -177,6 +177,25 @@ def test_a_slow_retreat_does_not_determine_a_relaxation_time():
         mdr.fit(PROBE, slow, ["adhesion.work", "body.shear.time"], contact_point=4e-6, baseline=3e-6)
 
 
+def very_slow(speed, seed):
+    """A record of a retreat in which the relaxation nearly completes, with noise of a thousandth of the pull-off force."""
+    way = {"approach": min(2e-6, 2.0 * speed), "dwell": 30.0, "counts": (30, 6, 100)}
+    time, travel = pressed(speed, **way)
+    force = mdr.solve(PROBE, mdr.Path(time=time, travel=travel), machine_stiffness=STIFFNESS)["normal_force"]
+    return measured(PROBE, speed, seed, noise=1e-3 * abs(float(force.min())), **way)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_the_time_of_a_very_slow_retreat_lies_in_its_interval(seed):
+    fitted = mdr.fit(PROBE, very_slow(1e-8, seed), ["adhesion.work", "body.shear.time"])
+    holds(fitted, adhesion__work=0.05, body__shear__time=1.0)
+
+
+def test_a_retreat_too_slow_for_a_time_is_refused():
+    with pytest.raises(ProblemError, match=r"hardly determines body\.shear\.time: .* more than a factor of 4"):
+        mdr.fit(PROBE, very_slow(1e-10, 1), ["adhesion.work", "body.shear.time"])
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_retreats_of_random_bodies_find_their_work(seed):
     """Truth, start, speed and noise are random; the work is within four standard errors, of 5 % at most."""

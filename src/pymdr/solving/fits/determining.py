@@ -19,7 +19,7 @@ _EQUAL = 1e-6
 """Largest relative difference of equal works."""
 _LARGEST_ERROR = math.log(1e3)
 _EDGE_ERROR = math.log(4.0) / (2.0 * 1.96)
-"""Largest standard error of the logarithm of a combination that an adhesive edge with a history determines: its 95 % interval spans a factor of 4."""
+"""Largest standard error of the logarithm of an unknown or a combination that an adhesive edge with memory determines: its 95 % interval spans a factor of 4."""
 _ALONE = 0.05
 """Smallest component of a combination, relative to the largest."""
 _BEYOND = 1e6
@@ -58,7 +58,8 @@ def refuse_noisy(search: Search, free: FloatArray, slopes: FloatArray, noise: fl
     """
     Refuse sizes whose error by the noise of the records, in N, exceeds a factor of a thousand.
 
-    For an adhesive edge with a history, a combination such as that of work and range is refused whose 95 % interval spans more than a factor of 4.
+    For an adhesive edge with memory, an unknown, or a combination such as that of work and range, is refused whose 95 % interval spans more than a
+    factor of 4: its rates are differences over such steps.
     """
     if not all(u.is_size for u in search.unknowns) or not search.unknowns:
         return
@@ -66,12 +67,14 @@ def refuse_noisy(search: Search, free: FloatArray, slopes: FloatArray, noise: fl
     _, singular, rows = np.linalg.svd(own, full_matrices=False)
     weakest = rows[-1] / np.abs(rows[-1]).max()
     combined = np.count_nonzero(np.abs(weakest) > _ALONE) > 1
-    limit = _EDGE_ERROR if combined and _adheres_by_rate(search) else _LARGEST_ERROR
+    limit = _EDGE_ERROR if _adheres_by_rate(search) else _LARGEST_ERROR
     if noise <= limit * singular[-1]:
         return
     if combined:
         raise ProblemError(_combination_text(search, free, np.where(np.abs(weakest) > _ALONE, weakest, 0.0)))
     undetermined = np.abs(weakest) == 1.0
+    if _adheres_by_rate(search):
+        raise ProblemError(_loose_text(search, free, int(np.argmax(undetermined))))
     raise ProblemError(_undetermined_text(search, free, undetermined))
 
 
@@ -110,6 +113,16 @@ def more_samples_text(search: Search) -> str:
         ""
         if search.contact.adhesion is None
         else "record more samples (those adjacent to jumps are left out), "
+    )
+
+
+def _loose_text(search: Search, free: FloatArray, i: int) -> str:
+    """Message on an unknown whose interval is too wide."""
+    values, _ = search.from_free(free)
+    unknown = search.unknowns[i]
+    return (
+        f"the record hardly determines {unknown.name}: the best fit has {_value_text(unknown, float(values[i]))}, but its 95 % interval spans more than a "
+        f"factor of 4; leave it out of free, or add retreats at other speeds"
     )
 
 

@@ -187,8 +187,20 @@ def _estimate_near(search: Search, few: Search, best: FloatArray, wide: FloatArr
         times = [one.time for one in search.curves if one.time is not None]
         refuse_untimed(contact, search.unknowns, values, times)
     slopes = search.slopes(best) if blocks is None else blocks.slopes(best)
+    if search.scatters:
+        slopes = search.slopes(best, search.steps_of_errors(_white_errors(slopes, minimum.misfit)))
     refuse_undetermined(search, best, slopes)
     return _with_errors(search, best, slopes, wide, blocks)
+
+
+def _white_errors(slopes: FloatArray, misfit: float) -> FloatArray:
+    """Standard errors of the free numbers by white noise, from the rates of the residuals and their sum of squares."""
+    n, p = slopes.shape
+    scale = np.linalg.norm(slopes, axis=0)
+    scale[scale == 0.0] = 1e-300
+    variances = np.diag(np.linalg.pinv((slopes / scale).T @ (slopes / scale))) * misfit / max(n - p, 1)
+    errors: FloatArray = np.sqrt(variances) / scale
+    return errors
 
 
 def _least_off_jumps(

@@ -33,8 +33,11 @@ from pymdr.units import FloatArray
 
 _STEP = 1e-4
 """Step of the free numbers of central differences."""
-_LONG_STEP = 1e-3
-"""Step of rates of an edge with memory: its steps in time change with the unknowns, by which the force scatters by about 1e-6."""
+_LONG_STEP, _LONG_SHIFT, _LONGEST_STEP = 0.03, 1e-3, 0.3
+"""
+Least steps of unknowns and origins for rates of an edge with memory, whose steps in time change with them: the force of slow retreats scatters by up
+to 1e-3. The largest step.
+"""
 _POOR = 10.0
 """Residual relative to the range of the force where the model cannot be solved."""
 
@@ -202,9 +205,12 @@ class Search:
             if i >= len(self.unknowns):
                 moved, chosen, part = own._alone(i)
             low, high = (free - step)[chosen], (free + step)[chosen]
-            before, width = (moved.residuals(low), 2.0 * steps[i]) if central else (here[part], steps[i])
+            (before, lost), width = (
+                (moved._ends(low), 2.0 * steps[i]) if central else ((here[part], False), steps[i])
+            )
+            after, left = moved._ends(high)
             column = np.zeros(here.size)
-            column[part] = (moved.residuals(high) - before) / width
+            column[part] = np.where(lost | left, 0.0, (after - before) / width)
             return column
 
         known = own._slopes_over_origins(models)
@@ -217,6 +223,17 @@ class Search:
             known |= {i: difference(i) for i in missing[1:]}
             known[missing[0]] = total - sum(known[i] for i in scaled if i != missing[0])
         return np.column_stack([known[i] if i in known else difference(i) for i in numbers])
+
+    def _ends(self, free: FloatArray) -> tuple[FloatArray, BoolArray | bool]:
+        """Residuals at the end of a difference, and the samples that the edge with memory has left there, where its force jumps."""
+        if not self.scatters:
+            return self.residuals(free), False
+        try:
+            models = self.models(free)
+        except PymdrError:
+            return self.residuals(free), True
+        lost = self._used_samples([np.where(one.touches & (one.model == 0.0), 1.0, 0.0) for one in models])
+        return self._residuals_of(models), lost > 0.0
 
     def _alone(self, i: int) -> tuple[Search, list[int], slice]:
         """The search over the only record that an origin moves, its free numbers, and its part of the residuals."""
@@ -286,11 +303,21 @@ class Search:
             columns.append(column)
         return self._used_samples(columns)
 
+    @property
+    def scatters(self) -> bool:
+        """Whether the force of an edge with memory scatters, because its steps in time change with the unknowns."""
+        return self.contact.has_edge_history and self.contact.is_viscoelastic
+
     def steps(self, unknown: float, origin: float) -> FloatArray:
         """Steps of the free numbers by which rates are computed: those given, or longer ones where the force scatters."""
-        if self.contact.has_edge_history and self.contact.is_viscoelastic:
-            unknown, origin = _LONG_STEP, 0.1 * _LONG_STEP
+        if self.scatters:
+            unknown, origin = _LONG_STEP, _LONG_SHIFT
         return np.where(np.arange(len(self.names)) < len(self.unknowns), unknown, origin)
+
+    def steps_of_errors(self, errors: FloatArray) -> FloatArray:
+        """Steps of one standard error of the free numbers, not shorter than those by which the scatter is small."""
+        least = self.steps(_STEP, 1e-2 * _STEP)
+        return np.clip(errors, least, np.where(least < _LONG_STEP, 10.0 * least, _LONGEST_STEP))
 
     def rates(self, free: FloatArray) -> FloatArray:
         """Rates of the unknowns and origins over the free numbers."""
