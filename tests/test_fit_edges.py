@@ -192,7 +192,9 @@ def test_the_time_of_a_very_slow_retreat_lies_in_its_interval(seed):
 
 
 def test_a_retreat_too_slow_for_a_time_is_refused():
-    with pytest.raises(ProblemError, match=r"hardly determines body\.shear\.time: .* more than a factor of 4"):
+    with pytest.raises(
+        ProblemError, match=r"hardly determines body\.shear\.time: .* more than a factor of 4"
+    ):
         mdr.fit(PROBE, very_slow(1e-10, 1), ["adhesion.work", "body.shear.time"])
 
 

@@ -210,8 +210,14 @@ def test_groups_count_once_each():
     one = mdr.summarize_groups(["1 kPa", "2 kPa"], ["a", "a"])
     assert math.isnan(float(one["typical_low"]))
     assert "one group" in one.summary()
-    for values, groups in (([1.0], ["a", "b"]), ([-1.0], ["a"]), ([math.nan], ["a"])):
-        with pytest.raises(ProblemError, match="summarize_groups"):
+    needed = "numbers above 0 Pa are needed"
+    wrong = (
+        ([1.0], ["a", "b"], "1 values and 2 groups"),
+        ([-1.0], ["a"], needed),
+        ([math.nan], ["a"], needed),
+    )
+    for values, groups, message in wrong:
+        with pytest.raises(ProblemError, match=message):
             mdr.summarize_groups(values, groups)
 
 

@@ -474,7 +474,7 @@ def test_records_without_contact_are_refused():
     noise = 0.01 * force.max() * np.random.default_rng(0).normal(size=200)
     sticky = mdr.Contact(contact.profile, contact.body, adhesion=mdr.JKR("1 mJ/m^2"))
     for turned in (noise, noise - force, np.where(np.arange(200) == 50, 1.0, force + noise)):
-        with pytest.raises(ProblemError, match=r"shows no contact.*orient"):
+        with pytest.raises(ProblemError, match=r"shows no contact.*check the signs of force and position"):
             mdr.fit(contact, mdr.MeasuredCurve(force=turned, indentation=depth), ["body.young"])
     for flat, place in ((np.ones(200), depth), (force, np.zeros(200))):
         with pytest.raises(ProblemError, match="is constant"):
