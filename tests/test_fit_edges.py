@@ -179,10 +179,10 @@ def test_a_slow_retreat_does_not_determine_a_relaxation_time():
 
 def very_slow(speed, seed):
     """A record of a retreat in which the relaxation nearly completes, with noise of a thousandth of the pull-off force."""
-    way = {"approach": min(2e-6, 2.0 * speed), "dwell": 30.0, "counts": (30, 6, 100)}
-    time, travel = pressed(speed, **way)
+    legs = {"approach": min(2e-6, 2.0 * speed), "dwell": 30.0, "counts": (30, 6, 100)}
+    time, travel = pressed(speed, **legs)
     force = mdr.solve(PROBE, mdr.Path(time=time, travel=travel), machine_stiffness=STIFFNESS)["normal_force"]
-    return measured(PROBE, speed, seed, noise=1e-3 * abs(float(force.min())), **way)
+    return measured(PROBE, speed, seed, noise=1e-3 * abs(float(force.min())), **legs)
 
 
 @pytest.mark.parametrize("seed", [0, 1])

@@ -664,7 +664,7 @@ def test_saved_results_and_tables(tmp_path):
                 friction=mdr.Coulomb(0.3),
             ),
             mdr.indent("1 um") >> mdr.twist("1 mrad"),
-            "torsion: the contact is known by its ForceCurve only",
+            "the contact is known by its ForceCurve only, and its torque depends on the contact radius",
         ),
     ],
 )

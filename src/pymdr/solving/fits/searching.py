@@ -205,12 +205,12 @@ class Search:
             if i >= len(self.unknowns):
                 moved, chosen, part = own._alone(i)
             low, high = (free - step)[chosen], (free + step)[chosen]
-            (before, lost), width = (
+            (before, left_before), width = (
                 (moved._ends(low), 2.0 * steps[i]) if central else ((here[part], False), steps[i])
             )
             after, left = moved._ends(high)
             column = np.zeros(here.size)
-            column[part] = np.where(lost | left, 0.0, (after - before) / width)
+            column[part] = np.where(left_before | left, 0.0, (after - before) / width)
             return column
 
         known = own._slopes_over_origins(models)
@@ -232,8 +232,8 @@ class Search:
             models = self.models(free)
         except PymdrError:
             return self.residuals(free), True
-        lost = self._used_samples([np.where(one.touches & (one.model == 0.0), 1.0, 0.0) for one in models])
-        return self._residuals_of(models), lost > 0.0
+        left = self._used_samples([np.where(one.touches & (one.model == 0.0), 1.0, 0.0) for one in models])
+        return self._residuals_of(models), left > 0.0
 
     def _alone(self, i: int) -> tuple[Search, list[int], slice]:
         """The search over the only record that an origin moves, its free numbers, and its part of the residuals."""
