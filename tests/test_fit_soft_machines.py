@@ -256,3 +256,14 @@ def test_the_interval_of_a_strength_is_open_towards_a_limit_that_fits_as_well():
     # the other side is not widened with it: the weakest scanned strength does not fit
     assert 0.0 < strength.low < strength.value < 0.2 * true["adhesion.strength"]
     assert any("adhesion.strength is not determined" in note and "inf" in note for note in fitted.notes)
+
+
+def test_a_map_keeps_a_curve_whose_interval_is_open_on_one_side():
+    """Its error, which the open side widens beyond the value, made all numbers of the curve NaN in a map."""
+    begin, curve, true, _ = cohesive_record(37, "strength")
+    mapped = mdr.fit_map(begin, [curve], list(true))
+    fitted = mdr.fit(begin, curve, list(true))
+    assert fitted["adhesion.strength"].error > fitted["adhesion.strength"].value
+    assert mapped["ending"].item() == FITTED
+    for name in true:
+        assert abs(mapped[name].item() - fitted[name].value) <= 1e-3 * fitted[name].error, name

@@ -530,6 +530,11 @@ def test_several_coefficients_claim_no_more_than_each(powers, random):
 def test_questions_that_a_loop_cannot_answer():
     with pytest.raises(mdr.ProblemError, match="3 is not a Contact"):
         mdr.friction_loop(3, "1 um", coefficient=0.3, normal_force="1 N")
+    for verb in (mdr.first_yield, mdr.shakedown):
+        with pytest.raises(mdr.ProblemError, match="3 is not a Contact"):
+            verb(3, strength="1 GPa")
+    with pytest.raises(mdr.ProblemError, match="3 is not a Contact"):
+        mdr.adhesion_regime(3)
     joint = _joint()
     study = mdr.friction_loop(joint, ["0.1 um"], normal_force="10 N")
     with pytest.raises(mdr.QuantityError, match=r"no quantity 'slip'; a friction loop has .*damping_ratio"):

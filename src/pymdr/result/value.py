@@ -354,7 +354,9 @@ class Result(Checked):
             return
         if name in self.reading.elsewhere:
             raise QuantityError(f"{name}: {self.reading.elsewhere[name]}")
-        raise QuantityError(f"no field {shown(name)}; fields are {', '.join(self._fields)}")
+        raise QuantityError(
+            f"no field {shown(name)}; fields are {', '.join((*self._fields, *INTERIOR_FIELDS))}"
+        )
 
     def _interior(self, side: str | None) -> Interior:
         self._require("stress")

@@ -17,7 +17,7 @@ from pymdr.interpretation.validity import SOURCES, Claim, Level
 from pymdr.line.adhesion import DMT_BELOW, JKR_ABOVE, jkr_opening, maugis_parameter, tabor_parameter
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.presentation import plot
-from pymdr.problem.contact import Contact
+from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.laws import DMT, JKR, AdhesionLaw, MaugisDugdale
 from pymdr.problem.paths import load
 from pymdr.result import Result
@@ -153,7 +153,7 @@ def adhesion_regime(contact: Contact, *, range: QuantityLike | None = None) -> A
     >>> result.regime, round(result.maugis, 3)
     ('DMT', 0.048)
     """
-    law = contact.adhesion if isinstance(contact, Contact) else None
+    law = require_contact(contact).adhesion
     if law is None:
         raise ProblemError(
             "the contact has no adhesion; give Contact(..., adhesion=JKR('50 mJ/m^2')) or another law"

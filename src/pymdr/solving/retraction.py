@@ -262,7 +262,7 @@ def _refuse_soft(rest: _AtRest, length: float, rows: dict[str, FloatArray]) -> N
         raise ProblemError(
             f"machine_stiffness = {written(rest.stiffness, 'N/m', 3)}: the machine travels {written(length, 'm', 3)} in the retraction, {ranges:.2g} times the "
             f"range of the attraction (limit {_MOST_RANGES:.0e}), beside which numbers keep no digit of the contact; give at least "
-            f"{written(4.0 * least, 'N/m', 2)}, or solve(contact, load(...)) with a rate for a dead load"
+            f"{written(8.0 * least, 'N/m', 2)}, or solve(contact, load(...)) with a rate for a dead load"
         )
 
 

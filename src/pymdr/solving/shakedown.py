@@ -19,7 +19,7 @@ from pymdr.interpretation.shakedown import Bound, failing_bound, safe_bound
 from pymdr.interpretation.solids import IsotropicSolid
 from pymdr.interpretation.validity import Claim, Level
 from pymdr.line.lines import line_of
-from pymdr.problem.contact import Contact
+from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.paths import Path
 from pymdr.quantities import quantity
 from pymdr.solving.study import Column, Study, dataset
@@ -155,7 +155,7 @@ def shakedown(
     >>> [round(float(limit[name][0]), 3) for name in ("pressure_ratio", "pressure_ratio_high", "yield_multiple")]
     [4.632, 4.675, 4.559]
     """
-    stressed_body(contact, side)
+    stressed_body(require_contact(contact), side)
     refuse_unknown_stress(contact, "shakedown")
     if contact.adhesion is not None:
         raise ProblemError(

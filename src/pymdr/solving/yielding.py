@@ -23,7 +23,7 @@ from pymdr.interpretation.validity import SOURCES
 from pymdr.line.curves import Line
 from pymdr.line.foundation import states_at_depth
 from pymdr.line.lines import line_of
-from pymdr.problem.contact import Contact
+from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.laws import JKR
 from pymdr.problem.layers import Layered
 from pymdr.problem.materials import Elastic, Material
@@ -147,7 +147,7 @@ def first_yield(
     >>> (yields["peak_pressure"] / 1e9).values.round(6).tolist()
     [1.612797, 1.612797]
     """
-    body, _ = stressed_body(contact, side)
+    body, _ = stressed_body(require_contact(contact), side)
     criteria = _criteria(body, strength, tensile_strength, bond_strength)
     limits = criteria[0][2]
     refuse_unknown_stress(contact)

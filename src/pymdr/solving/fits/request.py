@@ -141,14 +141,12 @@ def fewest_in_contact(unknowns: int, curves: int = 1) -> int:
     return unknowns + curves + 1
 
 
-def discard_undetermined(request: FitRequest, columns: Columns) -> None:
-    """Mark curves in which the error of a size exceeds the size, and set the values of all failed curves to NaN."""
+def mark_undetermined(request: FitRequest, columns: Columns) -> None:
+    """Mark curves in which the error of a size exceeds the size."""
     for unknown in request.unknowns:
         if unknown.is_size:
             undetermined = columns[f"{unknown.name}_error"] > columns[unknown.name]
             columns["ending"][undetermined & (columns["ending"] == FITTED)] = UNDETERMINED
-    for name in request.units:
-        columns[name][columns["ending"] != FITTED] = math.nan
 
 
 def empty_columns(request: FitRequest, count: int) -> Columns:

@@ -53,9 +53,9 @@ from pymdr.solving.fits.request import (
     Columns,
     FitRequest,
     FittedStretch,
-    discard_undetermined,
     empty_columns,
     fewest_in_contact,
+    mark_undetermined,
 )
 from pymdr.solving.fits.systematic import put_intervals, put_systematic
 from pymdr.solving.fits.unknowns import (
@@ -118,10 +118,12 @@ def _fit_stretch(
         if request.uncertainty:
             put_systematic(request, stretch, fitted.columns, _refit)
         _judge(request, fitted.columns, stretch)
-    else:
+        mark_undetermined(request, fitted.columns)
+    else:  # what each fit by itself does not determine is refused there
         fitted = _fit_one_by_one(request, stretch, progress)
     fitted.columns[PLATEAU][:] = _plateaus(stretch)
-    discard_undetermined(request, fitted.columns)
+    for name in request.units:
+        fitted.columns[name][fitted.columns["ending"] != FITTED] = math.nan
     return fitted
 
 

@@ -128,7 +128,7 @@ def spread(
     ends = to_si_array(list(given), unit, name=name)
     if ends.shape != (2,) or not np.all(ends > 0.0) or not 2 <= points <= _MOST_POINTS:
         raise ProblemError(
-            f"--points {points}: give two values above 0 of {name.replace('-', '_')}, not {', '.join(given)}, and 2 to "
+            f"--points {points}: give two values above 0, not {', '.join(given)}, and 2 to "
             f"{_MOST_POINTS} points from one to the other"
         )
     return np.geomspace(ends[0], ends[1], points)
