@@ -252,6 +252,26 @@ def test_energies_of_a_sharp_edge_belong_to_the_depth_itself():
     assert np.abs(stepper.elastic_energy - stored)[attached].max() < 1e-13 * stored.max()
 
 
+@pytest.mark.parametrize(
+    "law",
+    [
+        mdr.JKR("1 mJ/m^2"),
+        mdr.JKR("1 mJ/m^2", work_receding="2 mJ/m^2"),
+        mdr.MaugisDugdale("1 mJ/m^2", range="1 nm"),
+    ],
+)
+def test_energies_of_a_punch_far_shallower_than_its_radius_belong_to_the_depth_itself(law):
+    """E* a d^2, by steps and by solve: the parameter beyond a sharp edge holds a depth to the rounding of the edge only."""
+    contact = mdr.Contact(mdr.FlatPunch("1 m"), mdr.Elastic("1 GPa", 0.3), adhesion=law)
+    depths = 1e-8 * np.random.default_rng(3).uniform(0.0, 1.0, 40)
+    stored = 1e9 / (1.0 - 0.3**2) * 1.0 * depths**2
+    stepper = mdr.Stepper(contact, 1e-8)
+    stepped = [(stepper.advance(depth), float(stepper.elastic_energy))[1] for depth in depths.tolist()]
+    np.testing.assert_allclose(stepped, stored, rtol=2e-15)
+    result = mdr.solve(contact, mdr.Path(indentation=depths))
+    np.testing.assert_allclose(result["elastic_energy"].values, stored, rtol=2e-15)
+
+
 @pytest.mark.parametrize("radius", ["1 nm", "898 nm", "4.6 mm"])
 def test_a_rigid_touch_has_no_radius(radius):
     """Tables gave radii of 1e-29 m, where a stiffness, too, must be a number."""

@@ -203,7 +203,7 @@ def interpret(task: Task, line: AdhesiveLine, rows: Rows, edge: Edge | None = No
         stiffness_now = np.where(
             rows.attached & (s > equilibria.start), rows.force_rate / rows.depth_rate, 0.0
         )
-    elastic, surface = equilibria.energies(s)
+    elastic, surface = equilibria.energies(s, rows.indentation)
     columns: dict[str, FloatArray] = {
         "indentation": rows.indentation,
         "normal_force": rows.normal_force,

@@ -139,12 +139,12 @@ def rows_of(
     attached = history.attached
     s = np.where(attached, history.parameter, equilibria.start)
     states = equilibria.states(s)
-    elastic, surface = equilibria.energies(s)
     slopes = equilibria.slopes(s)
     between = between_parameters(k, values, s, (states.indentation, states.normal_force), slopes)
     force = np.where(attached, values if by_force else between[1], math.nan if by_force else 0.0)
     free_depth = np.full(values.shape, math.nan) if by_force else values
     depth = np.where(attached, values if channel == "indentation" else between[0], free_depth)
+    elastic, surface = equilibria.energies(s, depth)
     machine = 0.0 if stiffness is None else np.where(attached, 0.5 * force * force / stiffness, 0.0)
     energy = np.where(attached, elastic + surface, 0.0) + machine
     direction, spent = hysteresis or (np.zeros(values.shape, dtype=np.intp), np.zeros(values.shape))

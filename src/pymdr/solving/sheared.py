@@ -262,7 +262,7 @@ def _columns(
         stiffness = rates[1] / rates[0]
         released = line.stiffness_rate(a) * np.maximum(opening, 0.0) ** 2 + 2.0 * curve.shear
         released = released / (4.0 * math.pi * a)
-    elastic, surface = curve.energies(s)
+    elastic, surface = curve.energies(s, depth)
     return {
         "indentation": depth,
         "normal_force": force,

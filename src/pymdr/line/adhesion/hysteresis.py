@@ -61,9 +61,9 @@ class EdgeJKR(JKR):
         stiffness = self._contacts(np.asarray(s, dtype=float))[2].stiffness
         return np.where(self.resting, 1.0, rates[0]), np.where(self.resting, stiffness, rates[1])
 
-    def energies(self, s: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Return the elastic energy and the surface energy -π a² γ_adv [J]."""
-        elastic, _ = super().energies(s)
+    def energies(self, s: ArrayLike, indentation: ArrayLike | None = None) -> tuple[FloatArray, FloatArray]:
+        """Return the elastic energy and the surface energy -π a² γ_adv [J], as `JKR` does."""
+        elastic, _ = super().energies(s, indentation)
         return elastic, -np.pi * self.states(s).contact_radius ** 2 * self.advancing
 
 

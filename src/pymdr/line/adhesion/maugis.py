@@ -297,18 +297,21 @@ class MaugisDugdale:
         rate[at] = springs.stiffness_rate(a[at]) * (2.0 * k * a[at] + steep * root[at])
         return slope.reshape(s.shape), rate.reshape(s.shape)
 
-    def energies(self, s: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    def energies(self, s: ArrayLike, indentation: ArrayLike | None = None) -> tuple[FloatArray, FloatArray]:
         """Return the elastic energy E* int_0^c w² dx and the energy of cohesion [J].
 
         The latter is -π c² γ + σ0 int_a^c gap 2π r dr, where the integral is
-        4 [J2 + ½ (g(a) - d)(c² ψ - a sqrt(c² - a²)) - (2k/3)(c - a)² (2c + a)].
+        4 [J2 + ½ (g(a) - d)(c² ψ - a sqrt(c² - a²)) - (2k/3)(c - a)² (2c + a)]. Indentations [m] serve on branch 5, where
+        s resolves them to the rounding of the edge only.
         """
         s = np.asarray(s, dtype=float)
         zones = self._zones(s.ravel())
-        a, width = zones.radius, zones.width
+        a, width, d = zones.radius, zones.width, zones.indentation
+        if indentation is not None:
+            d = np.where(zones.branch == _STUCK, np.broadcast_to(indentation, s.shape).ravel(), d)
         c = a + width
         angle = np.arctan2(zone_root(a, width), a)
-        opening = np.where(a > 0.0, self.line.g(zones.place), 0.0) - zones.indentation
+        opening = np.where(a > 0.0, self.line.g(zones.place), 0.0) - d
         solid = width**2 * (2.0 * c + a) / 3.0
         springs = self._springs
         pulled = 0.5 * springs.stiffness(a) * opening - springs.force(zones.place)

@@ -256,9 +256,21 @@ class JKR:
         s = np.asarray(s, dtype=float)
         return np.where(s >= self._edge, 0.0, self._positions_and_rates(s)[1])
 
-    def energies(self, s: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Return the elastic energy U0 - F0 Δl + k Δl²/2 and the surface energy -π a² γ [J]."""
-        position, a, contacts, opening = self._contacts(np.asarray(s, dtype=float))
+    def energies(self, s: ArrayLike, indentation: ArrayLike | None = None) -> tuple[FloatArray, FloatArray]:
+        """
+        Return the elastic energy U0 - F0 Δl + k Δl²/2 and the surface energy -π a² γ [J].
+
+        Parameters
+        ----------
+        s : array_like
+            Parameters [m].
+        indentation : array_like, optional
+            Indentations of these states [m]. Beyond a sharp edge s resolves them to the rounding of its radius only.
+        """
+        s = np.asarray(s, dtype=float)
+        position, a, contacts, opening = self._contacts(s)
+        if indentation is not None:
+            opening = np.where(s >= self._edge, contacts.depth - np.asarray(indentation), opening)
         elastic = (
             self.line.energy(position) - opening * contacts.force + 0.5 * opening**2 * contacts.stiffness
         )
@@ -334,6 +346,6 @@ class DMT:
         """Return dd/ds (dimensionless) and dF/ds [N/m]."""
         return self._bare.slopes(s)
 
-    def energies(self, s: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Return the elastic energy and the energy of the pull, -pull d [J]."""
-        return self._bare.energies(s)[0], -self.pull * self._bare.states(s).indentation
+    def energies(self, s: ArrayLike, indentation: ArrayLike | None = None) -> tuple[FloatArray, FloatArray]:
+        """Return the elastic energy and the energy of the pull, -pull d [J], as `JKR` does."""
+        return self._bare.energies(s, indentation)[0], -self.pull * self._bare.states(s).indentation

@@ -35,8 +35,8 @@ class Disks(Protocol):
     def slopes(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return dd/ds and dF/ds."""
 
-    def energies(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the elastic and the surface energy in J."""
+    def energies(self, s: FloatArray, indentation: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the elastic and the surface energy in J of states at s with indentations in m."""
 
 
 StatesOf = Callable[[FloatArray, FloatArray, Index], tuple[FloatArray, Disks]]
@@ -164,13 +164,13 @@ class Branches(WithoutShift, Moved):
     def elastic_energy(self) -> FloatArray:
         """In J."""
         s, curve = self._states
-        return self._attached(curve.energies(s)[0])
+        return self._attached(curve.energies(s, self.indentation)[0])
 
     @property
     def surface_energy(self) -> FloatArray:
         """In J, below 0 in contact."""
         s, curve = self._states
-        return self._attached(curve.energies(s)[1])
+        return self._attached(curve.energies(s, self.indentation)[1])
 
     @property
     def dissipated_energy(self) -> FloatArray:
