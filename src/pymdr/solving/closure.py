@@ -14,12 +14,10 @@ from pymdr.errors import ConvergenceError, PathError, ProblemError
 from pymdr.interpretation.closure import OF_THE_CURVE, Slip, closure_claims, regrown
 from pymdr.interpretation.traction import curves_down_to
 from pymdr.interpretation.validity import Claim
-from pymdr.line.friction import follow_displacements, virgin_state
-from pymdr.line.friction.driver import evaluate
+from pymdr.line.friction import opposed_parts
 from pymdr.mapping.closure import closure_of
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.moduli import effective_moduli
-from pymdr.numerics.graded.layout import IntArray
 from pymdr.presentation import plot
 from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.profiles import ForceCurve
@@ -34,7 +32,6 @@ if TYPE_CHECKING:
 
 
 _TIMES = ("time", "jumped")
-_LOWER, _UPPER = slice(None, -1), slice(1, None)
 _FINE = 400
 
 
@@ -112,16 +109,9 @@ def _balance(task: Task, result: Result) -> FloatArray | None:
 
 
 def _opposed(result: Result) -> dict[str, FloatArray]:
-    """
-    Magnitudes of all parts of the tangential force and of its energy over those of their sums.
-
-    Notes
-    -----
-    F_x = mu sum s [F(y_i) - F(y_(i-1))], and U = mu^2 E*/G* sum int t s dF with the normalised shift t = v - b of the springs. Empty
-    where the stack of turning points along a line is not known.
-    """
+    """Magnitudes of all parts over those of their sums; empty where the stack of turning points along a line is not known."""
     friction, data = result.contact.friction, result.data
-    if friction is None or not math.isfinite(friction.coefficient) or result.contact.is_viscoelastic:
+    if friction is None or not 0.0 < friction.coefficient < math.inf or result.contact.is_viscoelastic:
         return {}
     if "indentation" not in data or "shift" not in data or data["shift"].ndim != 1:
         return {}
@@ -130,41 +120,8 @@ def _opposed(result: Result) -> dict[str, FloatArray]:
         return {}
     moduli = effective_moduli(result.contact.body, result.contact.counterbody)
     curves = curves_down_to(map_to_springs(result.contact).line, float(depth.max(initial=0.0)))
-    start = virgin_state(friction.coefficient, moduli.normal / moduli.tangential)
-    history = follow_displacements(
-        curves,
-        depth,
-        shift,
-        friction.coefficient,
-        moduli.tangential,
-        start=start,
-        checkpoints=range(depth.size),
-    )
-    if len(history.checkpoints) < depth.size:
-        return {}
-    states = [history.checkpoints[row] for row in range(depth.size)]
-    row = np.repeat(np.arange(depth.size), [state.slope.size for state in states])
-    slope = np.concatenate([state.slope for state in states])
-    low, high = (np.concatenate([state.y[part] for state in states]) for part in (_LOWER, _UPPER))
-    lags = [state.b[-1] - state.b for state in states]
-    before, after = (np.concatenate([lag[part] for lag in lags]) for part in (_LOWER, _UPPER))
-    crosses = before * after < 0.0
-    middle = np.where(crosses, low + before / np.where(crosses, slope, 1.0), low)
-    lag = np.array([before, np.where(crosses, 0.0, before), after])
-    _, force, work = evaluate(curves, np.array([low, middle, high]))
-    parts = {
-        "tangential_force": slope * (force[2:] - force[:1]),
-        "stored_tangential_energy": slope * np.diff(lag * force, axis=0) + slope**2 * np.diff(work, axis=0),
-    }
-    return {name: _cancelled(part, row, depth.size) for name, part in parts.items()}
-
-
-def _cancelled(parts: FloatArray, row: IntArray, rows: int) -> FloatArray:
-    """Sum of the magnitudes of parts of shape (k, n) over that of their sum in each row; 1 without parts."""
-    whole = np.bincount(row, parts.sum(axis=0), rows)
-    sizes = np.bincount(row, np.abs(parts).sum(axis=0), rows)
-    with np.errstate(divide="ignore"):
-        return np.divide(sizes, np.abs(whole), out=np.ones(rows), where=sizes > 0.0)
+    parts = opposed_parts(curves, depth, shift, friction.coefficient, moduli.tangential)
+    return dict(zip(("tangential_force", "stored_tangential_energy"), parts, strict=True))
 
 
 def _slip(result: Result) -> Slip | None:

@@ -20,7 +20,7 @@ from pymdr.line.friction.closed_forms import (
 )
 from pymdr.line.friction.collisions import TangentialMotion, follow_collision
 from pymdr.line.friction.curves import ElasticCurves, curves_of, power_law_curves, tabulated_curves
-from pymdr.line.friction.driver import depths_at_force, evaluate
+from pymdr.line.friction.driver import depths_at_force, evaluate, opposed_parts
 from pymdr.line.friction.histories import (
     FrictionLeg,
     Replay,
@@ -63,6 +63,7 @@ __all__ = [
     "follow_leg",
     "follow_load_with_shift",
     "loop_energy",
+    "opposed_parts",
     "power_law_curves",
     "shift_ratio_at",
     "spring_shifts",

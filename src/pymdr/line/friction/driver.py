@@ -131,6 +131,48 @@ def follow(
     return run.history(states)
 
 
+def opposed_parts(
+    curves: ElasticCurves,
+    indentation: ArrayLike,
+    shift: ArrayLike,
+    friction: float,
+    tangential_modulus: float,
+) -> FloatArray:
+    """
+    Magnitudes of all parts of the tangential force and of its stored energy over those of their sums.
+
+    Parameters
+    ----------
+    curves, indentation, shift, friction, tangential_modulus
+        As in :func:`~pymdr.line.friction.follow_displacements`, with friction above 0 and finite.
+
+    Returns
+    -------
+    ndarray of shape (2, n)
+        At least 1, inf where all parts cancel; NaN from a row on that cannot be followed.
+
+    Notes
+    -----
+    F_x = mu sum s [F(y_i) - F(y_(i-1))] and U = mu^2 E*/G* sum int t s dF over the segments of the stack, with the normalised
+    shift t = v - b of the springs. Errors of the curve add up by magnitudes, where the parts may cancel.
+
+    Examples
+    --------
+    >>> from pymdr.line.friction import opposed_parts, power_law_curves
+    >>> hertz = power_law_curves(2.0, 1.0, 1.0)
+    >>> opposed_parts(hertz, [1.0, 1.0, 1.0], [0.0, 0.5, 0.2], 0.5, 1.0)[0].round(3).tolist()
+    [1.0, 1.0, 5.837]
+    """
+    from pymdr.line.friction import runs
+
+    state = virgin_state(friction, curves.modulus / tangential_modulus)
+    run = _Stack(Control.SHIFT, curves, (frozen(indentation), frozen(shift)), state, None)
+    run.kernel = runs.run_opposed
+    run.advance(run.out.shape[1])
+    run.out[:, run.row :] = math.nan
+    return run.out[:2]
+
+
 def _kept(keep: int | ArrayLike | None, count: int) -> IntArray | None:
     if keep is None:
         return None

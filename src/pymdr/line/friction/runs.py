@@ -7,7 +7,20 @@ from typing import NamedTuple
 
 from pymdr.line.friction import layout
 from pymdr.line.friction.forces import load, shift_for
-from pymdr.line.friction.kernels import TINY, Anchors, Point, advance, clear, count, keep_slope, put, vertex
+from pymdr.line.friction.kernels import (
+    TINY,
+    Anchors,
+    Point,
+    advance,
+    at,
+    clear,
+    count,
+    keep_slope,
+    moment,
+    on_segment,
+    put,
+    vertex,
+)
 from pymdr.line.friction.reading import curve, depth_of_force, fused
 from pymdr.numerics.graded.layout import MAX, IntArray
 from pymdr.units import FloatArray
@@ -90,6 +103,39 @@ def run_displacements(
         column = write(run, j, column)
         j += 1
     return layout.COMPLETE, j, column
+
+
+@fused.compiled
+def run_opposed(
+    run: Run, indentation: FloatArray, shift: FloatArray, span: tuple[int, int, int]
+) -> tuple[int, int, int]:
+    """
+    As :func:`run_displacements`, every row; writes the magnitudes of all parts of force and stored energy over those of their sums.
+
+    A segment of slope s has the force s dF and the energy int s t dF, with t = t_above + s (y_above - y).
+    """
+    j, stop, _ = span
+    anchors = run.anchors
+    while j < stop:
+        ending, j, _ = run_displacements(run, indentation, shift, (j, j + 1, j))
+        if ending != layout.COMPLETE:
+            return ending, j, j
+        top = vertex(anchors.stack, int(anchors.memory[layout.TOP]))
+        force = energy = 0.0
+        for i in range(1, int(anchors.memory[layout.TOP]) + 1):
+            slope = vertex(anchors.stack, i).slope
+            lower, upper = at(anchors.stack, i - 1), at(anchors.stack, i)
+            below, above = top.b - lower.b, top.b - upper.b
+            force += abs(slope * (upper.force - lower.force))
+            if below * above < 0.0:
+                middle = on_segment(anchors, i, min(max(lower.y + below / slope, lower.y), upper.y))
+                energy += slope * slope * moment(anchors.line, lower, middle)
+                lower = middle
+            turn = moment(anchors.line, lower, upper)
+            energy += abs(slope * (above * (upper.force - lower.force) + slope * turn))
+        run.out[0, j - 1] = force / abs(top.pull) if force > 0.0 else 1.0
+        run.out[1, j - 1] = energy / max(top.energy, 0.0) if energy > 0.0 else 1.0
+    return layout.COMPLETE, j, j
 
 
 @fused.compiled
