@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import logging
 import threading
-import time
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
@@ -213,38 +212,30 @@ else:
 
 
 class _CompileListener:
-    """A listener of numba that names a kernel of pymdr that takes long to compile, and how long it took."""
+    """A listener of numba that says once that kernels of pymdr are being compiled, and how long that takes at most."""
 
     def __init__(self) -> None:
         self.depth = 0
-        self.begin = 0.0
         self.timer = threading.Timer(0.0, self.announce)
-        self.announced = self.explained = False
+        self.announced = False
 
     def notify(self, event: Any) -> None:
         """Start or cancel the timer of the message; callees are compiled with their caller."""
         function = event.data["dispatcher"].py_func
         if not function.__module__.startswith("pymdr."):
             return
-        name = _described(f"{function.__module__.removeprefix('pymdr.')}.{function.__name__}")
         self.depth += 1 if event.is_start else -1
-        if event.is_start and self.depth == 1:
-            self.begin, self.announced = time.perf_counter(), False
+        if event.is_start and self.depth == 1 and not self.announced:
+            name = _described(f"{function.__module__.removeprefix('pymdr.')}.{function.__name__}")
             self.timer = threading.Timer(_PATIENCE, self.announce, (name,))
             self.timer.daemon = True
             self.timer.start()
         elif self.depth == 0:
             self.timer.cancel()
-            if self.announced:
-                _log.warning("Compiled %s in %.0f s", name, time.perf_counter() - self.begin)
 
     def announce(self, name: str) -> None:
-        """Warn that a kernel is being compiled; the first time, for how long and how often."""
+        """Warn that kernels are being compiled, for how long and how often."""
         self.announced = True
-        if self.explained:
-            _log.warning("Compiling %s", name)
-            return
-        self.explained = True
         kept = (
             "in every new process, because no cache folder is writable: set NUMBA_CACHE_DIR"
             if _unkept.is_set()
@@ -253,6 +244,7 @@ class _CompileListener:
         _log.warning("Compiling %s (up to 20 s in all, %s)", name, kept)
 
 
+_listener = _CompileListener()
 if event is not None:
     event.Listener.register(_CompileListener)
-    event.register("numba:compile", _CompileListener())
+    event.register("numba:compile", _listener)

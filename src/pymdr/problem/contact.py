@@ -257,3 +257,17 @@ def require_contact(contact: object) -> Contact:
     if not isinstance(contact, Contact):
         raise ProblemError(f"{shown(contact)} is not a Contact; write Contact(profile, body)")
     return contact
+
+
+def is_curve(contact: Contact) -> bool:
+    """Whether a contact is known by its force curve."""
+    return isinstance(contact.profile, ForceCurve)
+
+
+def refuse_curve(contact: Contact, why: str) -> None:
+    """Refuse contacts that are known by a force curve only, and values that are not contacts."""
+    require_contact(contact)
+    if is_curve(contact):
+        raise ProblemError(
+            f"the contact is known by its ForceCurve only, and {why}; give the shape itself as a profile"
+        )

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pymdr.errors import ConvergenceError, PathError, ProblemError
+from pymdr.errors import ConvergenceError, PathError
 from pymdr.interpretation.closure import OF_THE_CURVE, Slip, closure_claims, regrown
 from pymdr.interpretation.traction import curves_down_to
 from pymdr.interpretation.validity import Claim
@@ -19,7 +19,6 @@ from pymdr.mapping.closure import closure_of
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.moduli import effective_moduli
 from pymdr.presentation import plot
-from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.profiles import ForceCurve
 from pymdr.problem.schedule import planned
 from pymdr.result import Reading, Result, Status
@@ -33,20 +32,6 @@ if TYPE_CHECKING:
 
 _TIMES = ("time", "jumped")
 _FINE = 400
-
-
-def is_curve(contact: Contact) -> bool:
-    """Whether a contact is known by its force curve."""
-    return isinstance(contact.profile, ForceCurve)
-
-
-def refuse_curve(contact: Contact, why: str) -> None:
-    """Refuse contacts that are known by a force curve only, and values that are not contacts."""
-    require_contact(contact)
-    if is_curve(contact):
-        raise ProblemError(
-            f"the contact is known by its ForceCurve only, and {why}; give the shape itself as a profile"
-        )
 
 
 def solve_on_curve(history: Callable[[Task], Result], task: Task) -> Result:

@@ -13,12 +13,10 @@ import numpy as np
 from pymdr.deferred import mpl
 from pymdr.errors import ProblemError, PymdrError
 from pymdr.interpretation.conductance import CONDUCTIONS
-from pymdr.interpretation.jumps import Branches, branches_of, branches_of_edge
 from pymdr.interpretation.on_normal import OnNormal
 from pymdr.interpretation.peaks import infinite_pressures
 from pymdr.interpretation.surface import Surface
 from pymdr.interpretation.theories import theory_of
-from pymdr.line.adhesion import JKR as ShortRange
 from pymdr.line.curves import Line
 from pymdr.line.foundation import normal_force, normal_stiffness, rises_to, states_at_depth, states_at_force
 from pymdr.line.lines import line_of
@@ -27,10 +25,10 @@ from pymdr.problem.contact import Contact
 from pymdr.problem.materials import Elastic, Rigid
 from pymdr.problem.paths import legs
 from pymdr.result import DeflectedReader, Result
-from pymdr.solving.equilibria import finite
 from pymdr.units import FloatArray, written
 
 if TYPE_CHECKING:
+    from pymdr.interpretation.jumps import Branches
     from pymdr.presentation.plot import FigureData, Plots
 
 
@@ -236,6 +234,10 @@ def _loading(result: Result, line: Line) -> Callable[[FloatArray], Mapping[str, 
 
 def _branches_of_edge(result: Result, line: Line) -> Branches | None:
     """The curves of both works with the jumps of the path; None without contact."""
+    from pymdr.interpretation.jumps import branches_of_edge
+    from pymdr.line.adhesion import JKR as ShortRange
+    from pymdr.solving.equilibria import finite
+
     law, rows = result.contact.adhesion, _path_rows(result)
     assert law is not None
     if rows is None:
@@ -259,6 +261,9 @@ def _path_rows(result: Result) -> dict[str, FloatArray] | None:
 
 def _branches(result: Result, line: Line) -> Branches | None:
     """All equilibria with the jumps of the path, for figures; None without contact."""
+    from pymdr.interpretation.jumps import branches_of
+    from pymdr.solving.equilibria import finite
+
     rows = _path_rows(result)
     if rows is None:
         return None

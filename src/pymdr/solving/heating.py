@@ -22,10 +22,9 @@ from pymdr.line.heating import LORENZ, current_load, frictional_rise, largest_ri
 from pymdr.mapping.equivalent import gap_function
 from pymdr.mapping.moduli import Conductivity, conductivity_of
 from pymdr.presentation import plot
-from pymdr.problem.contact import Contact, require_contact
+from pymdr.problem.contact import Contact, is_curve, require_contact
 from pymdr.result import Result
 from pymdr.solving.arguments import one_row, positive_speeds
-from pymdr.solving.closure import is_curve
 from pymdr.solving.frictional import frictional_assumptions, pressed_joint
 from pymdr.solving.mapped import map_remark
 from pymdr.solving.study import Column, Study, dataset, over_rows

@@ -13,13 +13,12 @@ from pymdr.interpretation.conductance import CONDUCTIONS, DiskFlux
 from pymdr.interpretation.surface import LINE_FIELDS, SURFACE_FIELDS, Surface, surface_of
 from pymdr.interpretation.validity import TANGENTIAL_FIELDS, TANGENTIAL_LINE_FIELDS
 from pymdr.mapping.moduli import Carrier, conductivity_of, is_carried
-from pymdr.problem.contact import Contact
+from pymdr.problem.contact import Contact, is_curve, refuse_curve
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.profiles import Shape
 from pymdr.problem.schedule import is_planar, is_torsional
 from pymdr.result import Reading, Result
 from pymdr.result.readers import FieldReader
-from pymdr.solving.closure import is_curve, reading_of, refuse_curve, solve_on_curve
 from pymdr.solving.walk import Task
 
 if TYPE_CHECKING:
@@ -363,6 +362,8 @@ def law_of(contact: Contact, solver: Rings | None, path: LoadingPath) -> Law:
     if is_curve(contact):
         if solver is not None:
             refuse_curve(contact, "boundary elements need its shape")
+        from pymdr.solving.closure import reading_of, solve_on_curve
+
         law = replace(law, history=partial(solve_on_curve, law.history), reading=reading_of(law.reading))
     return replace(law, reading=_with_fluxes(law.reading, contact, solver))
 

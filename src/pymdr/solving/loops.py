@@ -21,11 +21,10 @@ from pymdr.line.foundation import normal_force as force_of
 from pymdr.mapping.closure import closure_of
 from pymdr.numerics.quadrature import gauss
 from pymdr.presentation import plot
-from pymdr.problem.contact import Contact, require_contact
+from pymdr.problem.contact import Contact, is_curve, require_contact
 from pymdr.problem.laws import Coulomb
 from pymdr.problem.profiles import ForceCurve
 from pymdr.solving.bands import band_note, scatter_of, shifted
-from pymdr.solving.closure import is_curve
 from pymdr.solving.frictional import frictional_assumptions, pressed_joint
 from pymdr.solving.mapped import Springs, map_remark
 from pymdr.solving.study import Column, Study, dataset

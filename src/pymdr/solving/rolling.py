@@ -24,11 +24,10 @@ from pymdr.interpretation.rolling import (
 )
 from pymdr.line.foundation import states_at_depth
 from pymdr.line.rolling import RollingLine, line_load, rolled_path, rolling_line, steady_rolling
-from pymdr.problem.contact import Contact
+from pymdr.problem.contact import Contact, refuse_curve
 from pymdr.problem.profiles import Paraboloid
 from pymdr.solving.arguments import one_row
 from pymdr.solving.bands import no_bands
-from pymdr.solving.closure import refuse_curve
 from pymdr.solving.frictional import frictional_assumptions, pressed_joint
 from pymdr.solving.mapped import Springs, map_remark
 from pymdr.solving.study import Column, Study, dataset, over_rows

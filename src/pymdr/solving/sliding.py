@@ -27,11 +27,10 @@ from pymdr.line.sliding import (
 )
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.mapping.relaxation import Relaxation, relaxation_of
-from pymdr.problem.contact import Contact
+from pymdr.problem.contact import Contact, refuse_curve
 from pymdr.problem.fractional import WIDEST
 from pymdr.solving.arguments import positive_load, positive_speeds
 from pymdr.solving.bands import no_bands
-from pymdr.solving.closure import refuse_curve
 from pymdr.solving.frictional import disks_down_to
 from pymdr.solving.mapped import map_remark, notes_of, refuse_unreachable
 from pymdr.solving.memory import assumptions_with_memory, powers_of

@@ -12,12 +12,11 @@ from pymdr.errors import PathError, ProblemError, PymdrError, RefusedError
 from pymdr.interpretation.validity import Claim, approximated
 from pymdr.line.moved import CompiledStep, Moved, Threads
 from pymdr.line.plane import PlaneContacts
-from pymdr.problem.contact import Contact, require_contact
+from pymdr.problem.contact import Contact, is_curve, require_contact
 from pymdr.problem.options import with_known_arguments
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.values import LARGEST, NOTHING, within_range
 from pymdr.result import Status
-from pymdr.solving.closure import is_curve
 from pymdr.solving.moving import moving_of
 from pymdr.solving.springs_error import errors_of_springs
 from pymdr.solving.step_values import has_unit, refuse_malformed, too_deep

@@ -38,12 +38,11 @@ from pymdr.line.torsion.constant import (
 )
 from pymdr.line.torsion.limits import TwistedLine
 from pymdr.line.torsion.moves import TwistState, slip_work, turn
-from pymdr.problem.contact import Contact
+from pymdr.problem.contact import Contact, refuse_curve
 from pymdr.problem.paths import TORSIONAL_CHANNELS
 from pymdr.problem.schedule import Stretch, uses
 from pymdr.result import Result, Status
 from pymdr.rows import taken
-from pymdr.solving.closure import refuse_curve
 from pymdr.solving.frictional import disks_down_to
 from pymdr.solving.mapped import Springs, assumptions, map_remark, map_to_springs, refuse_unreachable
 from pymdr.solving.normal import refuse_tension

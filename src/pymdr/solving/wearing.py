@@ -18,11 +18,10 @@ from pymdr.line.wear.march import State, contact_edge, touched
 from pymdr.line.wear.mesh import Mesh
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.moduli import EffectiveModuli
-from pymdr.problem.contact import Contact
+from pymdr.problem.contact import Contact, is_curve
 from pymdr.problem.materials import Graded
 from pymdr.problem.paths import Cycle, Hold, Leg, LoadingPath, Path, Ramp, legs, named_channels
 from pymdr.problem.schedule import is_planar
-from pymdr.solving.closure import is_curve
 from pymdr.units import FloatArray, metres, shown
 
 _CELLS, _TOLERANCE = 160, 5e-5

@@ -14,7 +14,7 @@ from pymdr.errors import PathError, ProblemError
 from pymdr.independent.history import RingHistory
 from pymdr.independent.rings import Rings
 from pymdr.presentation import plot
-from pymdr.problem.contact import Contact
+from pymdr.problem.contact import Contact, refuse_curve
 from pymdr.problem.laws import JKR
 from pymdr.problem.materials import common_exponent
 from pymdr.problem.options import with_options
@@ -23,7 +23,6 @@ from pymdr.problem.profiles import Shape
 from pymdr.problem.schedule import is_torsional, planned, uses
 from pymdr.quantities import QUANTITIES
 from pymdr.result import FieldReader, Result
-from pymdr.solving.closure import refuse_curve
 from pymdr.solving.drawing import infinite_in
 from pymdr.solving.ringed import adhesive_disks
 from pymdr.solving.verb import check_tolerance, solve

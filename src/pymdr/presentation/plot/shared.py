@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pymdr.interpretation.jumps import Branches
 from pymdr.interpretation.peaks import infinite_pressures
 from pymdr.interpretation.validity import Assumption
 from pymdr.presentation.text import assumption_text
@@ -25,6 +24,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes as Axes
     from matplotlib.contour import ContourSet
     from matplotlib.figure import Figure as Figure
+
+    from pymdr.interpretation.jumps import Branches
 
 IntArray = NDArray[np.int_]
 

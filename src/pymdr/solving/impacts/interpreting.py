@@ -10,10 +10,9 @@ import numpy as np
 
 from pymdr.deferred import xr
 from pymdr.interpretation.validity import Assumption, BoolArray, Claim
-from pymdr.problem.contact import Contact
+from pymdr.problem.contact import Contact, is_curve
 from pymdr.quantities import quantity
 from pymdr.result import Result, labelled
-from pymdr.solving.closure import is_curve
 from pymdr.solving.colliding import Course
 from pymdr.solving.impacts.value import Event, Impact, ImpactRequest
 from pymdr.units import FloatArray

@@ -15,11 +15,10 @@ from pymdr.interpretation.closure import ASSUMED
 from pymdr.interpretation.memory import LineState, surface_load
 from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
 from pymdr.line.rebound import Motion, energies, largest_force, motion_rows, rebound
-from pymdr.problem.contact import Contact
+from pymdr.problem.contact import Contact, is_curve
 from pymdr.problem.materials import Elastic, Rigid
 from pymdr.problem.paths import indent
 from pymdr.result import Result
-from pymdr.solving.closure import is_curve
 from pymdr.solving.colliding import Course
 from pymdr.solving.impacts.interpreting import NOT_MEASURED, QUASI_STATIC, interpret, with_numbers
 from pymdr.solving.impacts.value import Event, Impact, ImpactRequest

@@ -11,9 +11,8 @@ import numpy as np
 from pymdr.deferred import mpl, xr
 from pymdr.errors import ProblemError
 from pymdr.presentation import plot
-from pymdr.problem.contact import Contact, require_contact
+from pymdr.problem.contact import Contact, is_curve, require_contact
 from pymdr.problem.values import within_range
-from pymdr.solving.closure import is_curve
 from pymdr.solving.study import Column, Study, number
 from pymdr.units import QuantityLike, metres, shown, to_si, written
 

@@ -13,10 +13,9 @@ from pymdr.interpretation.validity import SOURCES, Assumption, Claim, Level
 from pymdr.line.friction import evaluate
 from pymdr.line.motion import Followed, System, follow_motion
 from pymdr.line.motion.driver import Outcome
-from pymdr.problem.contact import Contact
+from pymdr.problem.contact import Contact, is_curve
 from pymdr.problem.machines import Machine
 from pymdr.quantities import quantity
-from pymdr.solving.closure import is_curve
 from pymdr.solving.machines.assembling import first_depths, map_contact, ordered, system_of
 from pymdr.solving.machines.value import ENERGIES, Motion, residual_of
 from pymdr.solving.stepping import Stepper
