@@ -47,7 +47,11 @@ class CoordinateField:
         return ()
 
     def __set__(self, instance: object, value: Coordinate) -> None:
-        instance.__dict__[self.name] = coefficients(value, f"{self.owner}.{self.name}", needed=self.needed)
+        instance.__dict__[self.name] = self.read(value)
+
+    def read(self, value: Coordinate) -> Coefficients:
+        """Names of bodies and their factors."""
+        return coefficients(value, f"{self.owner}.{self.name}", needed=self.needed)
 
 
 class WavesField(OptionalArrayField):

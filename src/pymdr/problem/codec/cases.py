@@ -16,10 +16,7 @@ from pymdr.problem.layers import Layer, Layered
 from pymdr.problem.materials import Material
 from pymdr.problem.paths import History, Leg, LoadingPath, Ramp
 from pymdr.problem.rough import RoughSurface
-from pymdr.units import shown, to_si_array
-
-MEASURED = ("file", "channel", "size", "unit", "missing", "detrend")
-"""Keys of a measured surface: its file, and how it is read and prepared."""
+from pymdr.units import to_si_array
 
 
 @dataclass(frozen=True)
@@ -147,7 +144,7 @@ def decode_press(plain: Mapping[str, Any]) -> PressCase:
     >>> decode_press({"surface": {"file": "heights.txt", "fil": 1}, "body": {"kind": "rigid"}})
     Traceback (most recent call last):
         ...
-    pymdr.errors.CaseError: [surface] fil = 1: unknown key; measured heights have file, channel, size, unit, missing, detrend
+    pymdr.errors.CaseError: [surface] fil = 1: unknown key; did you mean 'file'?
     """
     surface = plain.get("surface")
     if not isinstance(surface, Mapping):
@@ -155,23 +152,12 @@ def decode_press(plain: Mapping[str, Any]) -> PressCase:
             "table [surface] is missing; give file for measured heights, or hurst, rms, size and shortest for random ones"
         )
     measured = "file" in surface
-    if measured:
-        unknown = [key for key in surface if key not in MEASURED]
-        if unknown:
-            raise CaseError(
-                f"[surface] {unknown[0]} = {shown(surface[unknown[0]])}: unknown key; measured heights have {', '.join(MEASURED)}"
-            )
-    elif "punch" in plain:
+    if not measured and "punch" in plain:
         raise CaseError("a random surface is always a punch; leave the key out")
-    else:
-        decode_rough(plain)
-        if "ball" in plain:
-            raise CaseError(
-                "[ball]: not available with pymdr press; add the heights of the ball to those of a file"
-            )
     _refuse_other_bodies(plain)
     import_kinds(plain)
-    refuse_invalid(plain, press_adapter())
+    ball = "not available with pymdr press; add the heights of the ball to those of a file"
+    refuse_invalid(plain, press_adapter(), {("ball",): ball})
     heights = dict(surface) if measured else _build("surface", RoughSurface, surface)
     return PressCase(surface=heights, punch=bool(plain.get("punch", False)), **_shared(plain))
 
@@ -194,25 +180,35 @@ def _refuse_other_bodies(plain: Mapping[str, Any]) -> None:
 
 
 def _decoded(plain: Mapping[str, Any], legs: Mapping[str, Mapping[str, Any]]) -> tuple[Contact, list[Leg]]:
-    """The contact and the legs of a case; the mistakes of all tables are refused together."""
+    """The contact and the legs of a case."""
     import_kinds(plain)
     refuse_invalid(plain, case_adapter())
-    given = {
-        name: plain[name]
-        for name in ("profile", "body", "counterbody", "adhesion", "friction")
-        if name in plain
-    }
+    return build_contact(plain, legs)
+
+
+def build_contact(
+    plain: Mapping[str, Any], others: Mapping[str, Mapping[str, Any]]
+) -> tuple[Contact, list[Any]]:
+    """The contact of a valid case, and other parts of it by their places."""
+    names = ("profile", "body", "counterbody", "adhesion", "friction")
+    given = {name: plain[name] for name in names if name in plain}
+    built = build_all({**given, **others})
+    contact: Contact = _build(None, Contact, {name: built[name] for name in given})
+    return contact, [built[name] for name in others]
+
+
+def build_all(tables: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    """What valid tables describe, by their places; the mistakes of all are refused together."""
     built: dict[str, Any] = {}
     faults: list[str] = []
-    for name, table in {**given, **legs}.items():
+    for place, table in tables.items():
         try:
-            built[name] = _decode(table, name)
+            built[place] = _decode(table, place)
         except CaseError as error:
             faults.append(str(error))
     if faults:
         raise CaseError("; ".join(faults))
-    contact: Contact = _build(None, Contact, {name: built[name] for name in given})
-    return contact, [built[name] for name in legs]
+    return built
 
 
 def _shared(plain: Mapping[str, Any]) -> dict[str, Any]:

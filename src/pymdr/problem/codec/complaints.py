@@ -3,38 +3,41 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping
-from dataclasses import fields
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pymdr.errors import CaseError
-from pymdr.problem.codec.models import FILE_KEYS, case_adapter, rough_adapter
-from pymdr.problem.codec.outputs import OUTPUTS
-from pymdr.problem.codec.tables import (
-    INTERPOLATIONS,
-    LEGS,
-    MATERIALS,
-    ONE_CHANNEL_LEGS,
-    ORBIT_LEGS,
-    PROFILES,
-    RHEOLOGIES,
-    SOLIDS,
-    TABLES,
-    kinds,
-)
-from pymdr.problem.layers import Layer
+from pymdr.problem.codec.models import FILE_KEYS
+from pymdr.problem.codec.tables import LEGS, TABLES
 from pymdr.problem.naming import nearest
-from pymdr.problem.rough import RoughSurface
 from pymdr.units import example_of, shown
 
 if TYPE_CHECKING:
     from pydantic import TypeAdapter
 
+Place = tuple[str | int, ...]
+"""Keys of a case from the outside inward, and numbers of entries from 0."""
+Schemas = Sequence[Mapping[str, Any]]
+"""JSON schemas of all that may stand at a place."""
 
-def refuse_invalid(plain: Mapping[str, Any], adapter: TypeAdapter[Any]) -> None:
-    """Refuse plain dictionaries that are not a valid case."""
+
+def refuse_invalid(
+    plain: Mapping[str, Any], adapter: TypeAdapter[Any], unread: Mapping[Place, str] | None = None
+) -> None:
+    """
+    Refuse plain dictionaries that are not a valid case, with all their mistakes.
+
+    Parameters
+    ----------
+    plain : mapping
+        The case.
+    adapter : TypeAdapter
+        Of its kind of case.
+    unread : mapping of tuple to str, optional
+        Why keys of other cases are not read in this kind of case; places without numbers.
+    """
     from pydantic import ValidationError
 
     try:
@@ -42,17 +45,18 @@ def refuse_invalid(plain: Mapping[str, Any], adapter: TypeAdapter[Any]) -> None:
     except RecursionError as error:
         raise CaseError("tables or lists are nested too deeply") from error
     except ValidationError as error:
-        raise CaseError(_message(error, plain)) from error
+        raise CaseError(_message(error, adapter.json_schema(), unread or {})) from error
 
 
 _SHOWN = 20
 """Largest number of errors in one message."""
 
-_ALTERNATIVES = ("int", "float", "str")
+_NUMBERS = ("int", "float", "str")
 """Types that pydantic appends to the location of a number."""
 
 _NEEDED = {
     "string_type": "a text is needed",
+    "string_too_short": "a text of at least one character is needed",
     "list_type": "a list is needed",
     "model_type": "a table is needed",
     "model_attributes_type": "a table is needed",
@@ -64,25 +68,88 @@ _NEEDED = {
 }
 
 
-def _message(error: Any, plain: Mapping[str, Any]) -> str:
+def _message(error: Any, schema: Mapping[str, Any], unread: Mapping[Place, str]) -> str:
     """The errors of a validation, with table, key, value and remedy."""
-    messages: dict[str, None] = {}
-    suggested: set[tuple[Any, ...]] = set()
-    complaints = error.errors(include_url=False)
-    for item in sorted(complaints, key=lambda e: e["type"] != "extra_forbidden"):
-        full = [part for part in item["loc"] if not str(part).startswith("list[")]
-        while len(full) > 1 and full[-1] in _ALTERNATIVES:
-            full.pop()
-        # pydantic names the kind of every tagged table; users see only the table
-        loc = [part for i, part in enumerate(full) if i in (0, len(full) - 1) or part not in kinds()]
-        if item["type"] == "missing" and tuple(loc) in suggested:
-            continue
-        if item["type"] == "extra_forbidden":
-            suggested |= {(*loc[:-1], key) for key in nearest(str(loc[-1]), _known_keys(loc[:-1], plain))}
-        messages[_complaint(item, loc, plain)] = None
-    listed = list(messages)
+    complaints: dict[Place, str] = {}
+    suggested: set[Place] = set()
+    for item in sorted(error.errors(include_url=False), key=lambda e: e["type"] != "extra_forbidden"):
+        extra = item["loc"][-1:] if item["type"] == "extra_forbidden" else ()
+        table, schemas = _walk(item["loc"][: len(item["loc"]) - len(extra)], schema)
+        place = (*table, *extra)
+        if extra:
+            known = _keys_of(schemas)
+            suggested |= {(*table, near) for near in nearest(str(extra[0]), known)}
+            reason = unread.get(tuple(part for part in place if isinstance(part, str)))
+            complaints[place] = _unknown_key(item["input"], place, known, reason)
+        elif item["type"] != "missing" or place not in suggested:
+            complaints.setdefault(place, _complaint(item, place, schemas))
+    listed = list(complaints.values())
     more = f"; and {len(listed) - _SHOWN} more" if len(listed) > _SHOWN else ""
     return "; ".join(listed[:_SHOWN]) + more
+
+
+def _walk(location: Sequence[str | int], schema: Mapping[str, Any]) -> tuple[Place, Schemas]:
+    """The place of a location, without the kinds and types that pydantic adds, and the schemas there."""
+    place: Place = ()
+    schemas: Schemas = [schema]
+    is_chosen = True
+    for part in location:
+        chosen = [] if is_chosen else [one for one in schemas if one.get("title") == part and _keys_of([one])]
+        inner = [below for one in schemas for below in _below(one, part)]
+        if chosen:
+            schemas, is_chosen = chosen, True
+        elif inner:
+            place, is_chosen = (*place, part), False
+            schemas = [one for below in inner for one in _alternatives(below, schema)]
+    return place, schemas
+
+
+def _below(schema: Mapping[str, Any], part: str | int) -> Iterator[Mapping[str, Any]]:
+    """The schema of an entry of a list or a table."""
+    if isinstance(part, int):
+        inner = schema.get("items")
+    else:
+        inner = schema.get("properties", {}).get(part) or schema.get("additionalProperties")
+    if isinstance(inner, Mapping) and not str(part).endswith("]"):
+        yield inner
+
+
+def _alternatives(schema: Mapping[str, Any], whole: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
+    """A schema or the schemas that it refers to."""
+    referred = whole["$defs"][schema["$ref"].rpartition("/")[2]] if "$ref" in schema else {}
+    several = schema.get("anyOf") or schema.get("oneOf") or ([referred] if referred else [])
+    for one in several:
+        yield from _alternatives(one, whole)
+    if not several:
+        yield schema
+
+
+def _written(place: Place) -> str:
+    """A place as its table is written in a case, with numbers from 1: ``body.layers 2.material``."""
+    parts = (f" {part + 1}" if isinstance(part, int) else f".{part}" for part in place)
+    return "".join(parts).removeprefix(".")
+
+
+def _split(place: Place) -> tuple[str, str]:
+    """The table of a place, in brackets, and its key."""
+    keys = [i for i, part in enumerate(place) if isinstance(part, str)]
+    table, key = (place[: keys[-1]], place[keys[-1] :]) if keys else ((), ("the case",))
+    return f"[{_written(table)}] " if table else "", _written(key)
+
+
+def _keys_of(schemas: Schemas) -> list[str]:
+    """The keys of tables; a file may replace arrays."""
+    keys = [
+        key
+        for one in schemas
+        for key in (*one.get("properties", ()), *FILE_KEYS.get(one.get("title", ""), ()))
+    ]
+    return list(dict.fromkeys(keys))
+
+
+def _kinds_of(schemas: Schemas) -> list[str]:
+    """The kinds of tables."""
+    return [one["properties"]["kind"]["const"] for one in schemas if "kind" in one.get("properties", ())]
 
 
 def _missing_table(name: str) -> str:
@@ -100,102 +167,70 @@ def _missing_key(given: Mapping[str, Any], key: str) -> str:
     return f"key {key!r} is missing" + (f"; write for example {key} = {example_of(unit)!r}" if unit else "")
 
 
-def _complaint(item: Mapping[str, Any], loc: list[Any], plain: Mapping[str, Any]) -> str:
-    path = [str(part + 1) if isinstance(part, int) else str(part) for part in loc]
-    table, key = path[:-1], path[-1] if path else "the case"
-    where = f"[{' '.join(table)}] " if table else ""
+def _unknown_key(value: object, place: Place, known: Sequence[str], reason: str | None) -> str:
+    where, key = _split(place)
+    is_table = not where and isinstance(value, Mapping | list)
+    if reason is not None:
+        title = f"[[{key}]]" if is_table and isinstance(value, list) else f"[{key}]" if is_table else key
+        return f"{where}{title}: {reason}"
+    what = "table" if is_table else "key"
+    return f"{where}{key} = {shown(value)}: unknown {what}; {_hint(key, known)}"
+
+
+def _complaint(item: Mapping[str, Any], place: Place, schemas: Schemas) -> str:
+    where, key = _split(place)
+    is_equal = f"{where}{key} = {shown(item['input'])}"
     match item["type"]:
-        case "extra_forbidden":
-            hint = _hint(key, _known_keys(loc[:-1], plain))
-            what = "table" if not table and isinstance(item["input"], Mapping | list) else "key"
-            return f"{where}{key} = {shown(item['input'])}: unknown {what}; {hint}"
         case "missing":
-            return where + (_missing_key(item["input"], key) if table else _missing_table(key))
+            return where + (_missing_key(item["input"], key) if where else _missing_table(key))
         case "union_tag_not_found":
-            return f"[{' '.join(path)}] key 'kind' is missing; one of {', '.join(_kinds_for(loc))} is needed"
+            return (
+                f"[{_written(place)}] key 'kind' is missing; one of {', '.join(_kinds_of(schemas))} is needed"
+            )
         case "union_tag_invalid":
             tag = str(item["ctx"]["tag"])
-            if tag == "sum" and "parts" in loc:
-                return f"[{' '.join(path)}] kind = 'sum': sums cannot be nested; list the parts in one sum"
-            if tag.lower() == "function" and loc and loc[0] == "profile":
-                return (
-                    f"[{' '.join(path)}] kind = {shown(tag)}: cases cannot contain formulas; give samples "
-                    "(kind = 'sampled' with file = 'profile.csv'), or write a Python script with pymdr.Function"
-                )
-            return f"[{' '.join(path)}] kind = {shown(tag)}: unknown kind; {_hint(tag, _kinds_for(loc))}{_own_kind(tag, loc)}"
+            return f"[{_written(place)}] kind = {shown(tag)}: {_unknown_kind(tag, place, _kinds_of(schemas))}"
         case "value_error":
             return f"{where}{item['ctx']['error']}"
         case "too_short":
             return f"{where}{key}: at least one entry is needed"
+        case "list_type" if isinstance(item["input"], Mapping):
+            return f"{is_equal}: give one [[{_written(place)}]] for each"
         case "greater_than_equal":
-            return f"{where}{key} = {shown(item['input'])}: it must be at least {item['ctx']['ge']}"
+            return f"{is_equal}: it must be at least {item['ctx']['ge']:g}"
         case "less_than_equal":
-            return f"{where}{key} = {shown(item['input'])}: it must be at most {item['ctx']['le']}"
+            return f"{is_equal}: it must be at most {item['ctx']['le']:g}"
+        case "less_than":
+            return f"{is_equal}: it must be below {item['ctx']['lt']:g}"
         case "literal_error":
             known = item["ctx"]["expected"]
-            if key == "[key]":
-                return f"[{' '.join(path[:-2])}] unknown key {shown(item['input'])}; one of {known} is needed"
-            return f"{where}{key} = {shown(item['input'])}: {known} is needed"
+            if item["loc"][-1] == "[key]":
+                return f"{where}unknown key {shown(item['input'])}; one of {known} is needed"
+            return f"{is_equal}: {known} is needed"
         case other:
             whole = key in ("steps", "cycles", "keep", "n", "seed", "sides")
             number = "a whole number is needed" if whole else "a number or a text with its unit is needed"
-            needed = number if item["loc"][-1] in _ALTERNATIVES or whole else _NEEDED.get(other, number)
-            return f"{where}{key} = {shown(item['input'])}: {needed}"
+            needed = number if item["loc"][-1] in _NUMBERS or whole else _NEEDED.get(other, number)
+            return f"{is_equal}: {needed}"
 
 
-def _kinds_for(loc: list[Any]) -> list[str]:
-    if "path" in loc:
-        return [*LEGS, *ONE_CHANNEL_LEGS, *ORBIT_LEGS]
-    if "interpolation" in loc:
-        return list(INTERPOLATIONS)
-    if "shear" in loc or "young" in loc:
-        return list(RHEOLOGIES)
-    if "material" in loc or "base" in loc:
-        return list(SOLIDS)
-    if "parts" in loc:
-        return [kind for kind in PROFILES if kind != "sum"]
-    if loc and loc[0] in ("adhesion", "friction"):
-        return list(TABLES[loc[0]])
-    return list(MATERIALS if loc and loc[0] in ("body", "counterbody") else PROFILES)
+def _unknown_kind(tag: str, place: Place, known: Sequence[str]) -> str:
+    if tag == "sum" and "parts" in place:
+        return "sums cannot be nested; list the parts in one sum"
+    if tag.lower() == "function" and place[0] == "profile":
+        return (
+            "cases cannot contain formulas; give samples (kind = 'sampled' with file = 'profile.csv'), or write a Python script with "
+            "pymdr.Function"
+        )
+    # users may have registered a kind elsewhere
+    ends = ("profile", "body", "counterbody", "adhesion", "shear", "young")
+    own = ", or import the file that registers your own kind: pymdr --plugin FILE.py"
+    return f"unknown kind; {_hint(tag, known)}{own if place[-1] in ends and not nearest(tag, known) else ''}"
 
 
-def _known_keys(loc: list[Any], plain: Any) -> list[str]:
-    if not loc:
-        adapter = rough_adapter() if "surface" in plain else case_adapter()
-        return list(adapter.json_schema()["properties"])
-    if loc == ["surface"]:
-        return [f.name for f in fields(RoughSurface)]
-    if loc == ["ball"]:
-        return ["radius"]
-    if loc[-2:-1] == ["layers"]:
-        return [f.name for f in fields(Layer)]
-    if loc == ["solve"]:
-        return ["machine_stiffness", "keep", "solver", "tolerance"]
-    if len(loc) == 1 and loc[0] in OUTPUTS:
-        return list(OUTPUTS[loc[0]][1])
-    if loc == ["solve", "solver"]:
-        return ["kind", "n"]
-    for part in loc:
-        plain = plain[part]
-    kind = plain.get("kind")
-    if kind in ONE_CHANNEL_LEGS:
-        return ["kind", ONE_CHANNEL_LEGS[kind], "steps", "duration"]
-    if kind in ORBIT_LEGS:
-        return ["kind", *inspect.signature(ORBIT_LEGS[kind]).parameters]
-    cls = next((table[kind] for table in TABLES.values() if kind in table), None)
-    return ["kind", *(f.name for f in fields(cls)), *FILE_KEYS.get(kind, ())] if cls else ["kind"]
-
-
-def _hint(word: str, known: list[str]) -> str:
+def _hint(word: str, known: Sequence[str]) -> str:
     near = nearest(word, known)
     return f"did you mean {near[0]!r}?" if near else f"use one of {', '.join(known)}"
-
-
-def _own_kind(tag: str, loc: list[Any]) -> str:
-    """The remedy for a kind that users may have registered elsewhere."""
-    ends = ("profile", "body", "counterbody", "adhesion", "shear", "young")
-    own = bool(loc) and loc[-1] in ends and not nearest(tag, _kinds_for(loc))
-    return ", or import the file that registers your own kind: pymdr --plugin FILE.py" if own else ""
 
 
 def _without_arrays(plain: Any) -> Any:

@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping
 from dataclasses import MISSING, fields
-from functools import lru_cache
+from functools import cache, lru_cache
 from types import GenericAlias
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Union
 
 from pymdr.problem.codec.outputs import CLOSED, output_tables
 from pymdr.problem.codec.tables import (
-    MACHINE_BODIES,
-    MACHINE_LINKS,
     ONE_CHANNEL_LEGS,
     ORBIT_LEGS,
     PROFILES,
     TABLES,
 )
 from pymdr.problem.layers import BONDS, Layer, Layered
-from pymdr.problem.machines import CoordinateField, WavesField
+from pymdr.problem.machines import CoordinateField, Machine, WavesField
 from pymdr.problem.paths import CHANNELS, Ramp
 from pymdr.problem.profiles import ForceCurve, Shape, Sum, Worn
 from pymdr.problem.profiles.shapes import MOST_SIDES
@@ -106,15 +103,13 @@ def rough_adapter() -> TypeAdapter[Any]:
     """The pydantic adapter of a rough case."""
     from pydantic import ConfigDict, Field, TypeAdapter, create_model
 
-    columns: dict[str, Any] = {f.name: _field_type(RoughSurface, f) for f in fields(RoughSurface)}
     radius: Any = (int | float | str, Field(..., description="radius; text with unit, or number in m"))
-    surface: Any = create_model("surface", __config__=CLOSED, **columns)
     ball: Any = create_model("ball", __config__=CLOSED, radius=radius)
     model = create_model(
         "rough_case",
         __config__=ConfigDict(extra="forbid", title="pymdr rough case"),
         __doc__="A randomly rough surface between two bodies.",
-        surface=(surface, ...),
+        surface=(_without_kind("surface", RoughSurface), ...),
         **_of_surfaces(),
         ball=(ball | None, Field(None, description="rough ball; nominally flat unless given")),
     )
@@ -124,10 +119,9 @@ def rough_adapter() -> TypeAdapter[Any]:
 @lru_cache(maxsize=1)
 def press_adapter() -> TypeAdapter[Any]:
     """The pydantic adapter of a case whose surface is pressed by boundary elements."""
-    from pydantic import ConfigDict, Field, StrictBool, TypeAdapter, create_model
+    from pydantic import ConfigDict, Discriminator, Field, StrictBool, Tag, TypeAdapter, create_model
 
-    columns: dict[str, Any] = {f.name: _field_type(RoughSurface, f) for f in fields(RoughSurface)}
-    rough: Any = create_model("surface", __config__=CLOSED, **columns)
+    rough = _without_kind("surface", RoughSurface)
     length: Any = int | float | str
     measured: Any = create_model(
         "measured",
@@ -139,11 +133,15 @@ def press_adapter() -> TypeAdapter[Any]:
         missing=(str | None, Field(None, description="interpolate or crop: treatment of missing heights")),
         detrend=(str | None, Field(None, description="mean, plane, sphere or curvature: trend to subtract")),
     )
+    kinds: Any = Annotated[
+        Annotated[measured, Tag("measured")] | Annotated[rough, Tag("surface")],
+        Discriminator(lambda table: "measured" if "file" in table else "surface"),
+    ]
     model = create_model(
         "press_case",
         __config__=ConfigDict(extra="forbid", title="pymdr press case"),
         __doc__="A surface pressed on a half-space.",
-        surface=(measured | rough, ...),
+        surface=(kinds, ...),
         punch=(StrictBool, Field(False, description="whether the body ends at the edge of the heights")),
         **_of_surfaces(),
     )
@@ -164,22 +162,24 @@ def _of_surfaces() -> dict[str, Any]:
     }
 
 
+@lru_cache(maxsize=1)
 def machine_adapter() -> TypeAdapter[Any]:
     """The pydantic adapter of a case of a machine."""
     from pydantic import ConfigDict, Field, TypeAdapter, create_model
 
-    number: Any = int | float | str
+    span = SIField("s", above=0.0)
+    span.__set_name__(Machine, "duration")
+    duration: Any = _checked(int | float | str, span)
     accuracy: Any = Annotated[float, Field(strict=True, ge=1e-12, lt=1.0, allow_inf_nan=False)]
-    bodies, links = (_any_of(kinds) for kinds in (MACHINE_BODIES, MACHINE_LINKS))
     table: Any = create_model(
         "machine",
         __config__=CLOSED,
         __doc__="Masses, rotors and drives, and what acts between them.",
-        duration=(number, Field(..., description="of the motion; text with unit, or number in s")),
+        duration=(duration, Field(..., description="of the motion; text with unit, or number in s")),
         steps=(int, Field(1000, description="rows after the first", ge=2, strict=True)),
         accuracy=(accuracy, Field(1e-3, description="largest change by the last halving of the steps")),
-        bodies=(_list_of(bodies), Field(..., min_length=1)),
-        links=(_list_of(links), Field([])),
+        bodies=(_list_of(_union("machine_body")), Field(..., min_length=1)),
+        links=(_list_of(_union("machine_link")), Field([])),
     )
     model = create_model(
         "machine_case",
@@ -195,17 +195,10 @@ def machine_adapter() -> TypeAdapter[Any]:
     return TypeAdapter(model)
 
 
-def _any_of(kinds: Mapping[str, type]) -> Any:
-    """Values of some kinds."""
-    from pydantic import Field
-
-    models = tuple(_model(kind, cls) for kind, cls in kinds.items())
-    return Annotated[Union[models], Field(discriminator="kind")]  # noqa: UP007  (a runtime value)
-
-
 def forget_models() -> None:
     """Clear the derived models after a table has changed."""
-    for derived in (_model, _layer_model, _union, case_adapter, rough_adapter, press_adapter):
+    adapters = (case_adapter, rough_adapter, press_adapter, machine_adapter)
+    for derived in (_model, _union, *adapters):
         derived.cache_clear()
 
 
@@ -240,17 +233,17 @@ def _list_of(kind: Any) -> Any:
     return GenericAlias(list, (kind,))
 
 
-@lru_cache(maxsize=8)
+_INSIDE = {"part": (Sum, ForceCurve, Shape, Worn), "original": (ForceCurve, Shape, Worn)}
+"""Profiles that others do not contain: sums and worn ones are not nested."""
+
+
+@cache
 def _union(table: str) -> Any:
     from pydantic import Field
 
-    # sums and worn profiles are not nested
-    classes = (
-        {k: c for k, c in PROFILES.items() if not issubclass(c, Sum | ForceCurve | Shape | Worn)}
-        if table == "part"
-        else TABLES[table]
-    )
-    models = [_model(kind, cls) for kind, cls in classes.items()]
+    inside = _INSIDE.get(table)
+    classes = PROFILES if inside else TABLES[table]
+    models = [_model(kind, c) for kind, c in classes.items() if not inside or not issubclass(c, inside)]
     if table == "leg":
         models += [
             _model(kind, Ramp, (c, "steps", "duration", "rate")) for kind, c in ONE_CHANNEL_LEGS.items()
@@ -308,25 +301,26 @@ def _orbit_model(kind: str) -> type[BaseModel]:
     return create_model(kind, __config__=CLOSED, __doc__=doc, **columns)
 
 
-@lru_cache(maxsize=1)
-def _layer_model() -> Any:
+def _without_kind(name: str, cls: type, doc: str | None = None) -> Any:
+    """The model of a table whose class has no kind."""
     from pydantic import create_model
 
-    columns: dict[str, Any] = {f.name: _field_type(Layer, f) for f in fields(Layer)}
-    doc = "One layer of a body."
-    return create_model("layer", __config__=CLOSED, __doc__=doc, **columns)
+    columns: dict[str, Any] = {f.name: _field_type(cls, f) for f in fields(cls)}
+    return create_model(name, __config__=CLOSED, __doc__=doc, **columns)
 
 
-def _checked(kind: Any, descriptor: SIField | OptionalArrayField) -> Any:
+def _checked(kind: Any, descriptor: SIField | OptionalArrayField | CoordinateField) -> Any:
     """A type whose values the field of a problem can read: one validation then lists all wrong values of a case."""
-    from pydantic import AfterValidator
+    from pydantic import AfterValidator, BeforeValidator
 
     def check(value: Any) -> Any:
         if value is not None:
             descriptor.read(value)
         return value
 
-    return Annotated[kind, AfterValidator(check)]
+    # of tables, lists and texts only the field says which are wrong
+    validator = BeforeValidator if isinstance(descriptor, CoordinateField) else AfterValidator
+    return Annotated[kind, validator(check)]
 
 
 def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
@@ -353,7 +347,7 @@ def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
         )
         return _checked(number | list[number], descriptor), Field([], description=note)
     if isinstance(descriptor, CoordinateField):
-        kinds: Any = str | list[str] | dict[str, float]
+        kinds: Any = _checked(str | list[str] | dict[str, float], descriptor)
         text = f"{descriptor.description}: a body, a pair (first minus second), or a table of factors"
         return kinds, Field(... if descriptor.needed else [], description=text)
     if isinstance(descriptor, OptionalArrayField):
@@ -377,12 +371,14 @@ def _field_type(cls: type, f: Any) -> tuple[Any, Any]:
     if f.name == "parts":
         return _list_of(_union("part")), Field(..., description="profiles to be added", min_length=1)
     if cls is Worn and f.name == "original":
-        return _union("part") | _model("sum", Sum), Field(..., description="profile before wear")
+        return _union("original"), Field(..., description="profile before wear")
     if f.name == "interpolation":
         text = "interpolation; by default a smoothing spline if there is a scatter, else a cubic spline"
         return _union("interpolation") | None, Field(None, description=text)
     if f.name == "layers":
-        return _list_of(_layer_model()), Field(..., description="from the surface downward", min_length=1)
+        return _list_of(_without_kind("layer", Layer, "One layer of a body.")), Field(
+            ..., description="from the surface downward", min_length=1
+        )
     if f.name == "material":
         return _union("solid"), Field(..., description="isotropic, elastic or viscoelastic")
     if cls is Layered and f.name == "base":

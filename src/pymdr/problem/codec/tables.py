@@ -120,6 +120,9 @@ INTERPOLATIONS: dict[str, type] = {
     "smoothing_spline": SmoothingSpline,
 }
 
+MACHINE_BODIES: dict[str, type] = {"mass": Mass, "rotor": Rotor, "drive": Drive}
+MACHINE_LINKS: dict[str, type] = {"spring": Spring, "joint": Joint, "force": Force}
+
 TABLES: dict[str, dict[str, type]] = {
     "profile": PROFILES,
     "material": MATERIALS,
@@ -129,6 +132,8 @@ TABLES: dict[str, dict[str, type]] = {
     "leg": LEGS,
     "interpolation": INTERPOLATIONS,
     "rheology": RHEOLOGIES,
+    "machine_body": MACHINE_BODIES,
+    "machine_link": MACHINE_LINKS,
 }
 
 KIND_OF: dict[type, str] = {cls: kind for table in TABLES.values() for kind, cls in table.items()}
@@ -158,7 +163,3 @@ def unknown_kinds(case: Mapping[str, Any]) -> list[str]:
         elif isinstance(value, list | tuple) and value and isinstance(value[0], Mapping):
             pending += reversed(value)
     return unknown
-
-
-MACHINE_BODIES: dict[str, type] = {"mass": Mass, "rotor": Rotor, "drive": Drive}
-MACHINE_LINKS: dict[str, type] = {"spring": Spring, "joint": Joint, "force": Force}
