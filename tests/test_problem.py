@@ -542,15 +542,15 @@ def test_unknown_arguments_without_a_near_name_list_the_known():
 
 
 WRONG = {
-    ("profile", "radius"): ('"-1 mm"', "[profile] Sphere.radius = '-1 mm'"),
-    ("body", "young"): ('"0 Pa"', "[body] Elastic.young = '0 Pa'"),
-    ("body", "poisson"): ("0.7", "[body] Elastic.poisson = 0.7"),
+    ("profile", "radius"): ('"-1 mm"', "[profile] radius = '-1 mm'"),
+    ("body", "young"): ('"0 Pa"', "[body] young = '0 Pa'"),
+    ("body", "poisson"): ("0.7", "[body] poisson = 0.7"),
     ("body", "nu"): ("0.3", "[body] nu = 0.3: unknown key; did you mean 'poisson'?"),
-    ("counterbody", "young"): ('"1 N"', "[counterbody] Elastic.young: 'N' does not fit"),
+    ("counterbody", "young"): ('"1 N"', "[counterbody] young: 'N' does not fit"),
     ("counterbody", "E"): ("1.0", "[counterbody] E = 1.0: unknown key; did you mean 'young'?"),
-    ("friction", "coefficient"): ("-0.1", "[friction] Coulomb.coefficient = -0.1"),
+    ("friction", "coefficient"): ("-0.1", "[friction] coefficient = -0.1"),
     ("friction", "mu"): ("0.1", "[friction] mu = 0.1: unknown key; did you mean 'coefficient'?"),
-    ("path", "normal_force"): ('"1 m"', "[path 1] Ramp.normal_force: 'm' does not fit"),
+    ("path", "normal_force"): ('"1 m"', "[path 1] normal_force: 'm' does not fit"),
     ("path", "steps"): ("0", "[path 1] steps = 0: it must be at least 1"),
 }
 

@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from pymdr.errors import CaseError, errors_of_case
+from pymdr.errors import CaseError, PymdrError
 from pymdr.problem.codec.cases import build_all, build_contact
 from pymdr.problem.codec.complaints import Place, refuse_invalid
-from pymdr.problem.codec.models import machine_adapter
+from pymdr.problem.codec.models import in_keys, machine_adapter
 from pymdr.problem.codec.outputs import OUTPUTS
 from pymdr.problem.codec.registering import import_kinds
 from pymdr.problem.machines import Machine
@@ -62,8 +62,12 @@ def decode_machine(plain: Mapping[str, Any]) -> MachineCase:
         {**link, "contact": contact} if link["kind"] == "joint" else link for link in table.get("links", ())
     ]
     built = build_all(_numbered("links", links))
-    with errors_of_case("[machine]"):
+    try:
         machine = Machine(bodies, list(built.values()))
+    except PymdrError as error:
+        keys = (key for link in links for key in link)
+        message = in_keys(error, ["Machine", *(type(link).__name__ for link in built.values())], keys)
+        raise CaseError(f"[machine] {message}") from error
     options = {key: table[key] for key in ("duration", "steps", "accuracy") if key in table}
     return MachineCase(str(plain.get("title", "")), machine, options)
 

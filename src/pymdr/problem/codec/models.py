@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import inspect
+import re
+from collections.abc import Iterable
 from dataclasses import MISSING, fields
 from functools import cache, lru_cache
 from types import GenericAlias
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Union
 
+from pymdr.errors import PymdrError
 from pymdr.problem.codec.outputs import CLOSED, output_tables
 from pymdr.problem.codec.tables import (
     ONE_CHANNEL_LEGS,
@@ -309,13 +312,28 @@ def _without_kind(name: str, cls: type, doc: str | None = None) -> Any:
     return create_model(name, __config__=CLOSED, __doc__=doc, **columns)
 
 
+def in_keys(error: PymdrError, owners: Iterable[str], keys: Iterable[str]) -> str:
+    """
+    The message of an error with keys of a case in place of fields of classes.
+
+    Examples
+    --------
+    >>> in_keys(PymdrError("Elastic.poisson = 0.7: it must be at most 0.5"), ["Elastic"], ["young", "poisson"])
+    'poisson = 0.7: it must be at most 0.5'
+    """
+    return re.sub(rf"\b(?:{'|'.join(owners)})\.(?=(?:{'|'.join(keys)})\b)", "", str(error))
+
+
 def _checked(kind: Any, descriptor: SIField | OptionalArrayField | CoordinateField) -> Any:
     """A type whose values the field of a problem can read: one validation then lists all wrong values of a case."""
     from pydantic import AfterValidator, BeforeValidator
 
     def check(value: Any) -> Any:
         if value is not None:
-            descriptor.read(value)
+            try:
+                descriptor.read(value)
+            except PymdrError as error:
+                raise ValueError(in_keys(error, [descriptor.owner], [descriptor.name])) from error
         return value
 
     # of tables, lists and texts only the field says which are wrong

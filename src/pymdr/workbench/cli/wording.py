@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 def error_text(error: BaseException) -> str:
     """
-    The message of an error, with keys of case files in place of calls and of names of classes.
+    The message of an error, with keys of case files in place of calls.
 
     Examples
     --------
@@ -19,35 +19,19 @@ def error_text(error: BaseException) -> str:
     "no adhesion; give [adhesion] kind = 'jkr', work = '50 mJ/m^2'"
     >>> error_text(ValueError("write load('10 N') >> cycle(shift='1 um')"))
     "write [[path]] kind = 'load', normal_force = '10 N' and [[path]] kind = 'cycle', shift = '1 um'"
-    >>> error_text(ValueError("a.toml: [friction] Coulomb.coefficient = -1: it must be at least 0; leave mu= out"))
+    >>> error_text(ValueError("a.toml: [friction] coefficient = -1: it must be at least 0; leave mu= out"))
     'a.toml: [friction] coefficient = -1: it must be at least 0; leave mu out'
-    >>> error_text(ValueError("a.toml: [body] Material.resistivity = -1: it must be above 0"))
-    'a.toml: [body] resistivity = -1: it must be above 0'
     >>> error_text(ValueError("runs/load(1).toml: [profile] my hold(2).csv: no column"))
     'runs/load(1).toml: [profile] my hold(2).csv: no column'
     >>> error_text(ValueError("a.toml: [profile] Sphere.csv: no column; radius[1]: cannot read 'x'"))
     "a.toml: [profile] Sphere.csv: no column; entry 2 of radius: cannot read 'x'"
     """
-    from pymdr.problem.layers import Layer
-    from pymdr.problem.materials import Material
-    from pymdr.problem.rough import RoughSurface
-
-    kinds = _kinds()
-    arguments = {name: kind.keys for name, kind in kinds.items()}
-    without_kind = (Layer, Material, RoughSurface)  # tables without a key `kind`, and what all bodies have
-    arguments |= {cls.__name__: tuple(inspect.signature(cls).parameters) for cls in without_kind}
-
-    def key(match: re.Match[str]) -> str:
-        is_argument = match[2] in arguments.get(match[1], ())
-        return match[2] if is_argument else match[0]  # or a file
-
-    message = re.sub(r"(?<=\] )([A-Z]\w+)\.([a-z]\w*)", key, str(error))
     message = re.sub(
         r"(?:(?<=[:;\]] )|^)([a-z]\w*)\[(\d+)\](?=: )",
         lambda at: f"entry {int(at[2]) + 1} of {at[1]}",
-        message,
+        str(error),
     )
-    return "".join(_with_keys(message, kinds)) or "out of memory; use fewer steps"
+    return "".join(_with_keys(message, _kinds())) or "out of memory; use fewer steps"
 
 
 class _Kind(NamedTuple):
