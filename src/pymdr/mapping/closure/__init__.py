@@ -21,6 +21,7 @@ from pymdr.mapping.closure.polyline import (
     OCTAVE,
     Fit,
     Polyline,
+    PowerRises,
     every_other,
     fit_points,
     stiffness_states,
@@ -120,7 +121,8 @@ def closure_of(curve: ForceCurve) -> Closure:
 
     Notes
     -----
-    The errors are the largest of the differences to curves through every other point and of twice as many segments, the scatter
+    The errors are the largest of the differences to curves through every other point, of twice as many segments, or that rise by
+    powers between the points, the scatter
     of the points, and their misfit beyond the noise, within a factor of 2 of the depth; below the first of noisy points, to a line and
     a power of the depth, below that of others to a power whose exponent goes on changing; 1 where the data determine nothing.
 
@@ -170,7 +172,9 @@ def _errors(whole: Fit, halves: list[Fit]) -> tuple[FloatArray, FloatArray]:
     innermost = whole.first * 2.0 ** -(_BELOW if whole.segments else BEGINNING / OCTAVE)
     number = 1 + math.ceil(OCTAVE * math.log2(deepest / innermost)) if deepest > innermost else 1
     depth = deepest * 2.0 ** -(np.arange(number)[::-1] / OCTAVE)
-    others = (whole.finer, *(fit.line for fit in halves))
+    others: list[Polyline | PowerRises] = [whole.finer, *(fit.line for fit in halves)]
+    if not whole.segments:
+        others.append(PowerRises(whole.line))
     # curves differ most between the points, and at the kinks of their stiffness
     inside = np.concatenate(
         [whole.points, 0.5 * (whole.points[1:] + whole.points[:-1]), *(o.depth for o in others)]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pymdr.problem.profiles.curves import noise_of
 from pymdr.problem.profiles.forcecurve import FEWEST_POINTS
@@ -26,6 +27,8 @@ _SYSTEMATIC = 5.0
 """Largest accepted misfit of a mean of neighbouring points, over its noise."""
 OCTAVE = 4
 """Entries of the table of errors in a factor of 2 of the depth."""
+_STEEPEST = 1e-3
+"""Least distance of a mean of k from its ends, over its rise, that a power of the depth has."""
 LAST = 0.05
 """Relative step of the depth for the rise of the stiffness."""
 
@@ -55,6 +58,49 @@ class Polyline(NamedTuple):
                 energy[j] + s * (force[j] + s * (0.5 * k[j] + rate[j] * s / 6.0)),
             ]
         )
+
+
+class PowerRises(NamedTuple):
+    """
+    A k(d) that rises between points by one power of the depth, from below or from above, where `polyline_through` has two lines.
+
+    Both have the same k at the points and the same mean between them, so that their difference is near the error between the points,
+    which curves through fewer points miss beside a wide gap.
+    """
+
+    line: Polyline
+    """From `polyline_through`; where its k steps this one does too."""
+
+    @property
+    def depth(self) -> FloatArray:
+        """Depths of the points, rising, from 0 on."""
+        return self.line.depth[::2]
+
+    def at(self, d: FloatArray) -> FloatArray:
+        """k, F and U at depths, shape (3, n)."""
+        t, k = self.depth, self.line.stiffness[::2]
+        h, rise = np.diff(t), np.diff(k)
+        _, force, energy = self.line.at(t)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            part = np.where(rise > 0.0, (np.diff(force) / h - k[:-1]) / rise, 0.0)
+        steps = (part < _STEEPEST) | (part > 1.0 - _STEEPEST)
+        part, late = np.where(steps, 0.5, part), part < 0.5
+        power = np.where(late, 1.0 / part, 1.0 / (1.0 - part))
+
+        def between(j: NDArray[np.intp], x: FloatArray) -> FloatArray:
+            p, y = power[j], np.where(late[j], x, 1.0 - x)
+            flat = np.array([x**0, x, 0.5 * x * x])
+            risen = np.array([y ** (p - 1.0), y**p / p, y ** (p + 1.0) / (p * (p + 1.0))])
+            ends = np.array([0.0 * x, 1.0 / p, (x - 1.0 / (p + 1.0)) / p])
+            early = flat - [[1.0], [-1.0], [1.0]] * risen - ends
+            own = k[j] * flat + rise[j] * np.where(late[j], risen, early)
+            return np.array([own[0], force[j] + h[j] * own[1], h[j] * (force[j] * x + h[j] * own[2])])
+
+        j = np.clip(np.searchsorted(t, d, side="right") - 1, 0, h.size - 1)
+        states = between(j, (np.maximum(d, 0.0) - t[j]) / h[j])
+        every = between(np.arange(h.size), np.ones(h.size))[2]
+        states[2] += np.append(0.0, np.cumsum(np.where(steps, np.diff(energy), every)))[j]
+        return np.where(steps[j], self.line.at(d), states)
 
 
 def slopes_rise(depth: FloatArray, force: FloatArray) -> bool:
@@ -223,7 +269,7 @@ def missed_forces(residual: FloatArray, sigma: FloatArray) -> FloatArray:
     return missed
 
 
-def stiffness_states(line: Polyline, depth: FloatArray) -> FloatArray:
+def stiffness_states(line: Polyline | PowerRises, depth: FloatArray) -> FloatArray:
     """k, F and U at depths, and the rise of k over the last 5 % of the depth, shape (4, n)."""
     at = line.at(depth)
     return np.vstack([at, at[0] - line.at((1.0 - LAST) * depth)[0]])
