@@ -41,7 +41,7 @@ from pymdr.solving.fits.unknowns import (
 )
 from pymdr.units import FloatArray, written
 
-_STARTS, _NEAR, _COARSE, _SOME, _FINE = 4, 2, 14, 28, 13
+_STARTS, _NEAR, _COARSE, _SOME, _FINE = 4, 2, 14, 28, 9
 _LIKE_NOISE = 1.0
 """Smallest ratio of squared differences between neighbours to squared residuals of noise; 2 for white noise."""
 _BOUNDED = f", or free both {' and '.join(WORKS)}: a fixed one bounds the other"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +20,7 @@ from pymdr.solving.fits.forces import AdhesiveForces, BareForces, bare_forces
 from pymdr.solving.fits.unknowns import Unknown
 from pymdr.units import FloatArray, written
 
-_CELLS, RUNGS, _LEAST = 256, 96, 16
+_CELLS, RUNGS, _LEAST = 256, 48, 16
 _WORKS = (1e-6, 1.0)
 """Range of the work of adhesion, relative to the modulus times the depth."""
 _SIZES = (0.1, 10.0)
@@ -185,20 +185,6 @@ class Family:
     ends: FloatArray
     """Depths in m at which the profile ends, and from which on the forces go on along their tangent; inf where it does not."""
 
-    @cached_property
-    def error(self) -> float:
-        """The largest interpolation error in the middle of cells, relative to the range of a member."""
-        worst, roots = 0.0, (np.arange(0, _CELLS, 3) + 0.5) / _CELLS
-        for forces, row, slope, fold, end in zip(
-            self.members, self.forces, self.slopes, self.folds, self.ends, strict=True
-        ):
-            cell = np.arange(0, _CELLS, 3)
-            known = fold + (self.deepest - fold) * ((cell + 1) / _CELLS) ** 2 <= end
-            cell, exact = cell[known], forces.at(fold + (self.deepest - fold) * roots[known] ** 2)[0]
-            between = 0.5 * (row[cell] + row[cell + 1]) + (slope[cell] - slope[cell + 1]) / (8.0 * _CELLS)
-            worst = max(worst, float(np.abs(between - exact).max(initial=0.0) / np.ptp(row)))
-        return worst
-
     def end(self, number: FloatArray) -> FloatArray:
         """Depths in m at which the profile ends under free numbers of the family."""
         rungs = self.first + self.step * np.arange(self.ends.size)
@@ -272,8 +258,7 @@ def _members(
     failure: PymdrError | None = None
     for rung in rungs:
         try:
-            value = number.from_free(float(rung))
-            forces = bare_forces(with_parameters(contact, {number.name: value}), deepest)
+            forces = forces_at(contact, number, float(rung), deepest)
             member = (forces, *_row(forces, deepest))
         except PymdrError as error:
             failure = error
@@ -286,6 +271,11 @@ def _members(
         assert failure is not None
         raise failure
     return [member for _, member in members], np.array([rung for rung, _ in members])
+
+
+def forces_at(contact: Contact, number: Unknown, free: float, deepest: float) -> BareForces:
+    """The forces of a contact with a free number of its family, at depths up to one in m."""
+    return bare_forces(with_parameters(contact, {number.name: number.from_free(free)}), deepest)
 
 
 def whole_ladder(

@@ -24,10 +24,10 @@ from pymdr.problem.paths import indent
 from pymdr.problem.schedule import Progress
 from pymdr.result import Result
 from pymdr.solving.curves import MeasuredCurve
-from pymdr.solving.fits.families import WORK
+from pymdr.solving.fits.families import WORK, FamilyAxes
 from pymdr.solving.fits.fitting import LEVENBERG_MARQUARDT, RESTRICTED, FitOptions
 from pymdr.solving.fits.quality import FEWEST_IN_CONTACT, LARGEST_RESIDUAL, LARGEST_RISE
-from pymdr.solving.fits.quick import depth_ranges
+from pymdr.solving.fits.quick import depth_ranges, table_error
 from pymdr.solving.fits.ranges import limits_of, range_text, refuse_history
 from pymdr.solving.fits.records import Records, records_of
 from pymdr.solving.fits.request import (
@@ -61,7 +61,7 @@ from pymdr.solving.fits.unknowns import (
 from pymdr.solving.study import Study, TextTable
 from pymdr.solving.verb import solve
 from pymdr.solving.workers import Workers, checked_workers
-from pymdr.units import QuantityLike, shown, written
+from pymdr.units import FloatArray, QuantityLike, shown, written
 
 _CORRELATED = 2.25
 """Number of samples equivalent to one from which on the correlation of residuals is noted."""
@@ -356,17 +356,9 @@ def _interpreted(request: FitRequest, records: Records, fitted: FittedStretch) -
         many = int((columns[name][fits] > limit).sum())
         if many:
             notes.append(f"{many} of {fits.size} curves {text}")
-    if request.axes is not None and request.axes.work is not None and fits.size:
-        number, law = request.axes.number, request.contact.adhesion
-        assert number is not None
-        assert law is not None
+    if request.axes is not None and fits.size:
         numbers = request.axes.numbers(np.column_stack([columns[u.name][fits] for u in request.unknowns]))
-        # the critical work for the range of a law is the smallest one for JKR-like laws, the largest one for DMT-like laws
-        strained = numbers.max() if theory_of(law).pulls_beyond else numbers.min()
-        notes += range_of_law(with_parameters(request.contact, {WORK: number.from_free(float(strained))}))
-    if request.axes is not None and request.families:
-        worst = max(family.error for family in request.families.values())
-        notes.append(f"tables of the forces have an error of {worst:.1g} of their largest value")
+        notes += _table_notes(request, request.axes, numbers)
     fitted_map = FittedMap(
         contact=request.contact,
         data=data,
@@ -381,6 +373,20 @@ def _interpreted(request: FitRequest, records: Records, fitted: FittedStretch) -
         long_name="fitted, with enough samples in contact and small residuals and rise of the baseline",
     )
     return replace(fitted_map, data=data.assign({GOOD: good}))
+
+
+def _table_notes(request: FitRequest, axes: FamilyAxes, numbers: FloatArray) -> list[str]:
+    """Notes on the range of a law of adhesion and on the tables of the forces, at the free numbers of the family of fitted curves."""
+    number, law = axes.number, request.contact.adhesion
+    notes: list[str] = []
+    if axes.work is not None and number is not None and law is not None:
+        # the critical work for the range of a law is the smallest one for JKR-like laws, the largest one for DMT-like laws
+        strained = numbers.max() if theory_of(law).pulls_beyond else numbers.min()
+        notes += range_of_law(with_parameters(request.contact, {WORK: number.from_free(float(strained))}))
+    if request.families:
+        worst = table_error(request, axes, numbers)
+        notes.append(f"tables of the forces have an error of {worst:.1g} of their largest value")
+    return notes
 
 
 def _uncertainty_notes(request: FitRequest, columns: Columns, fits: IndexArray) -> list[str]:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import logging
 import math
+from contextlib import suppress
 from functools import cache
 
 import numpy as np
 
 from pymdr.errors import PymdrError
 from pymdr.interpretation.theories import theory_of
-from pymdr.solving.fits.families import WORK, Family, FamilyAxes
-from pymdr.solving.fits.forces import rounded_up
+from pymdr.solving.fits.families import WORK, Family, FamilyAxes, forces_at
+from pymdr.solving.fits.forces import bare_forces, rounded_up
 from pymdr.solving.fits.kernels import (
     AS_IT_IS,
     BASE,
@@ -24,6 +25,8 @@ from pymdr.solving.fits.kernels import (
     FamilyTable,
     Wanted,
     fit_curves,
+    member_at,
+    read,
 )
 from pymdr.solving.fits.kernels import TILT as TILTED
 from pymdr.solving.fits.records import Stretch
@@ -134,6 +137,33 @@ def _fit_ranges(
 def table_of(family: Family) -> FamilyTable:
     """The arrays of a family."""
     return FamilyTable(family.forces, family.slopes, family.folds, family.first, family.step, family.deepest)
+
+
+def table_error(request: FitRequest, axes: FamilyAxes, numbers: FloatArray) -> float:
+    """
+    The largest difference of the tables from the forces between their nodes, relative to the range of the forces.
+
+    It is measured at the smallest, median and largest of the free numbers of the fitted curves, which are between rungs.
+    """
+    worst = 0.0
+    for deepest, family in request.families.items():
+        last = family.first + family.step * (family.folds.size - 1)
+        within = numbers[(numbers >= family.first) & (numbers <= last)]
+        for free in np.unique(np.quantile(within, (0.0, 0.5, 1.0), method="nearest")) if within.size else ():
+            with suppress(PymdrError):
+                exact = (
+                    bare_forces(request.contact, deepest)
+                    if axes.number is None
+                    else forces_at(request.contact, axes.number, float(free), deepest)
+                )
+                member = member_at(table_of(family), float(free))
+                cells = member.force.size - 1
+                depth = exact.fold + (deepest - exact.fold) * ((np.arange(cells) + 0.5) / cells) ** 2
+                depth = depth[(depth <= exact.end) & (depth >= member.fold)]
+                at = np.sqrt((depth - member.fold) / (deepest - member.fold))
+                off = read(member.force, member.slope, at)[0] - exact.at(depth)[0]
+                worst = max(worst, float(np.abs(off).max(initial=0.0) / np.ptp(member.force)))
+    return worst
 
 
 def _compiled() -> Engine:

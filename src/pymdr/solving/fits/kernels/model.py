@@ -19,6 +19,8 @@ OUTSIDE = 1.02
 NEWTON, CLOSE = 30, 1e-6
 """Largest number of steps, and the last step, whose square is the error."""
 LEAST_ROOT = 1e-4
+_MEMBERS = 8
+"""Number of members through which the family is interpolated."""
 
 
 class FamilyTable(NamedTuple):
@@ -115,21 +117,22 @@ def blended(weight: FloatArray, rows: FloatArray) -> FloatArray:
 
 
 def member_at(family: FamilyTable, number: float) -> Member:
-    """Interpolate the family at a number, by cubics through four members."""
+    """Interpolate the family at a number, by polynomials through some members."""
     forces, slopes, folds = family.forces, family.slopes, family.folds
     if folds.size == 1:
         return on_rung(family, 0)
+    many = min(_MEMBERS, folds.size)
     at = (number - family.first) / family.step
-    k = min(max(int(at) - 1, 0), folds.size - 4)
-    weight, rate = np.ones(4), np.zeros(4)
-    for i in range(4):
-        for j in range(4):
+    k = min(max(int(at) - many // 2 + 1, 0), folds.size - many)
+    weight, rate = np.ones(many), np.zeros(many)
+    for i in range(many):
+        for j in range(many):
             if j != i:
                 rate[i] = (rate[i] * (at - k - j) + weight[i]) / (i - j)
                 weight[i] *= (at - k - j) / (i - j)
     rate /= family.step
     fold, fold_rate = 0.0, 0.0
-    for i in range(4):
+    for i in range(many):
         # folds are nearly powers of the number
         part = math.log(-folds[k + i]) if folds[0] < 0.0 else folds[k + i]
         fold += weight[i] * part
@@ -138,10 +141,10 @@ def member_at(family: FamilyTable, number: float) -> Member:
         fold = -math.exp(fold)
         fold_rate *= fold
     return Member(
-        blended(weight, forces[k : k + 4]),
-        blended(weight, slopes[k : k + 4]),
-        blended(rate, forces[k : k + 4]),
-        blended(rate, slopes[k : k + 4]),
+        blended(weight, forces[k : k + many]),
+        blended(weight, slopes[k : k + many]),
+        blended(rate, forces[k : k + many]),
+        blended(rate, slopes[k : k + many]),
         fold,
         fold_rate,
         family.deepest,
