@@ -27,7 +27,7 @@ Selection: TypeAlias = Any
 
 TERMS = 16
 """Chebyshev coefficients of every curve on a panel."""
-_BLOCK = 1 << 15
+_BLOCK = 1 << 13
 """Points evaluated at once, so that gathered coefficients stay in the cache."""
 _ROUNDING = TERMS * float(np.finfo(float).eps)
 """Relative rounding of a sum of terms."""
@@ -241,14 +241,14 @@ def evaluate(panels: Panels, series: Series, index: IndexArray, offset: FloatArr
     series : Series
         The curve on these panels.
     index : ndarray of int
-        Panel of every point.
+        Panel of every point, or of every row of points.
     offset : ndarray
-        Offsets from the bases of these panels in m, of the shape of `index`.
+        Offsets from the bases of these panels in m, of the shape of `index`, or with one dimension more.
 
     Returns
     -------
     ndarray
-        Of the shape of `index`.
+        Of the shape of `offset`.
 
     Examples
     --------
@@ -257,23 +257,26 @@ def evaluate(panels: Panels, series: Series, index: IndexArray, offset: FloatArr
     >>> float(evaluate(one, line, np.zeros(1, dtype=np.intp), np.full(1, 0.75))[0])
     0.5
     """
-    flat, at = np.ravel(index), np.ravel(offset)
-    values = np.empty(flat.shape)
-    for start in range(0, flat.size, _BLOCK):
-        part = slice(start, start + _BLOCK)
-        i, delta = flat[part], at[part]
-        values[part] = clenshaw(series.coefficients[i], panels.variable(i, delta))
+    panel = np.ravel(index)
+    at = np.reshape(offset, (panel.size, -1)) if panel.size else np.empty((0, 1))
+    values = np.empty(at.shape)
+    rows = max(_BLOCK // at.shape[1], 1)
+    for start in range(0, panel.size, rows):
+        part = slice(start, start + rows)
+        i, delta = panel[part], at[part]
+        values[part] = clenshaw(series.coefficients[i], panels.variable(i[:, None], delta))
         power = series.power[i]
         if power.any():
             special = np.flatnonzero(power)
             with np.errstate(divide="ignore", under="ignore"):
-                scale = (delta[special] / panels.high[i[special]]) ** power[special]
+                scale = (delta[special] / panels.high[i[special], None]) ** power[special, None]
             # a sum that is only rounding of its terms is 0, also times an infinite power
-            ends = np.flatnonzero(np.isinf(scale))
-            terms = np.sum(np.abs(series.coefficients[i[special[ends]]]), axis=1)
-            scale[ends[np.abs(values[part][special[ends]]) <= _ROUNDING * terms]] = 0.0
+            rounded = np.abs(values[part][special]) <= _ROUNDING * np.sum(
+                np.abs(series.coefficients[i[special]]), axis=1, keepdims=True
+            )
+            scale[np.isinf(scale) & rounded] = 0.0
             values[part][special] *= scale
-    return values.reshape(np.shape(index))
+    return values.reshape(np.shape(offset))
 
 
 def evaluate_slope(panels: Panels, series: Series, index: IndexArray, offset: FloatArray) -> FloatArray:
@@ -308,9 +311,13 @@ def evaluate_slope(panels: Panels, series: Series, index: IndexArray, offset: Fl
 
 
 def clenshaw(coefficients: FloatArray, u: FloatArray) -> FloatArray:
-    """Sums of c_j T_j(2 u - 1), with one row of coefficients per u."""
+    """Sums of c_j T_j(2 u - 1), with one row of coefficients per u, or per row of u."""
+    columns = coefficients.T.reshape(coefficients.shape[1], -1, *(1,) * (u.ndim - 1))
     twice = 4.0 * u - 2.0
-    last, before = np.zeros_like(u), np.zeros_like(u)
-    for j in range(coefficients.shape[1] - 1, 0, -1):
-        last, before = coefficients[:, j] + twice * last - before, last
-    return np.asarray(coefficients[:, 0] + 0.5 * twice * last - before)
+    last, before, new = np.zeros_like(u), np.zeros_like(u), np.empty_like(u)
+    for column in columns[:0:-1]:
+        np.multiply(twice, last, out=new)
+        new += column
+        new -= before
+        last, before, new = new, last, before
+    return np.asarray(columns[0] + 0.5 * twice * last - before)

@@ -40,6 +40,8 @@ _NARROW = 8.0 * float(np.finfo(float).eps)
 """Width of a zone, in parts of its inner radius, up to which g' is constant over it."""
 _FEW = 4
 """Breakpoints at which a rough quadrature splits a zone, at least."""
+_MANY, _EACH = 100, 8
+"""Number of zones beyond which every eighth width is solved first, and the others start from these."""
 _SETTLED = 1e-7
 """Relative step at which the search for a width ends."""
 _SMALL = 0.8
@@ -272,9 +274,15 @@ def _narrow_integrals(line: EquivalentProfile, position: Position, width: FloatA
 
 
 def _gap(
-    line: EquivalentProfile, marks: _Marks, k: float, position: Position, width: FloatArray, rough: bool
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return H [m], dH/dc at constant a and -dH/da at constant c, both dimensionless."""
+    line: EquivalentProfile,
+    marks: _Marks,
+    k: float,
+    position: Position,
+    width: FloatArray,
+    outward: bool,
+    rough: bool,
+) -> tuple[FloatArray, FloatArray]:
+    """Return H [m] and, dimensionless, dH/dc at constant a when `outward`, else -dH/da at constant c."""
     radius = np.asarray(position, dtype=float)
     j0, j1, _ = zone_integrals(line, position, width, marks=marks, rough=rough)
     c = radius + width
@@ -283,9 +291,12 @@ def _gap(
     half = 0.5 * angle
     # sqrt(c² - a²) ψ - δ = 2 c sin(ψ/2) [ψ cos(ψ/2) - sin(ψ/2)]
     own = 2.0 * c * np.sin(half) * (angle * np.cos(half) - np.sin(half))
-    outward = j0 + 2.0 * k * (angle * c / root - width / c)
-    inward = angle * (line.slope(position) + 2.0 * k * radius / root)
-    return j1 + 2.0 * k * own, outward, inward
+    rate = (
+        j0 + 2.0 * k * (angle * c / root - width / c)
+        if outward
+        else angle * (line.slope(position) + 2.0 * k * radius / root)
+    )
+    return j1 + 2.0 * k * own, rate
 
 
 def solve_width(
@@ -338,11 +349,15 @@ def solve_width(
 
     def residual(width: FloatArray, at: _Index, rough: bool) -> tuple[FloatArray, FloatArray]:
         radius = _taken(given, at) if outward else fixed[at] - width
-        value, out, inw = _gap(line, marks, k, radius, width, rough)
-        return value, out if outward else inw
+        return _gap(line, marks, k, radius, width, outward, rough)
 
     fixed = np.asarray(given, dtype=float)
     start = np.minimum(upper, _LARGEST if begin is None else begin)
+    if begin is not None and fixed.size > _MANY:
+        order = np.argsort(fixed)
+        some = np.append(order[:-1:_EACH], order[-1])
+        known = solve_width(line, k, target, _taken(given, some), upper[some], outward=outward, begin=begin)
+        start = np.minimum(upper, np.interp(fixed, fixed[some], known))
     front = np.full(upper.shape, np.inf) if begin is None else fixed + start
     width = _bracketed(lambda x, at: residual(x, at, True), target, start, upper, fixed, front)
     left = np.flatnonzero(width < upper)

@@ -22,12 +22,14 @@ from pymdr.line.curves import ElasticLine
 from pymdr.mapping.equivalent import EquivalentProfile
 from pymdr.mapping.equivalent.panels import PanelLine
 from pymdr.numerics.panels import Place, Position
-from pymdr.numerics.table import Table, tabulated
+from pymdr.numerics.table import Effort, Table, tabulated
 from pymdr.units import FloatArray, metres
 
 _BRANCHES = 5
 _FEW = 3000
 """Number of states computed without a table, which costs as much."""
+_EFFORT = Effort(terms=40)
+"""Resolution of tables: shorter series on smaller cells need up to three times as many states."""
 _BEYOND = 1.1
 _APPROACH, _AT_EDGE, _GROWING, _CLIPPED, _STUCK = range(_BRANCHES)
 
@@ -219,7 +221,7 @@ class MaugisDugdale:
             most = min(start + _BEYOND * (high - start), self.ends[branch])
             top = max(most, high)
             marks = np.array([start, *sorted({k for k in self.knots if start < k < top}), top])
-            table = self._tables[branch] = tabulated(lambda s, _: direct(s), marks[:-1], marks[1:])
+            table = self._tables[branch] = tabulated(lambda s, _: direct(s), marks[:-1], marks[1:], _EFFORT)
             self._computed[branch] = 0
         values = table(s)
         left = np.flatnonzero(~np.isfinite(values).all(axis=0))

@@ -185,8 +185,7 @@ def _block(line: PanelLine, place: Place, width: FloatArray, third: bool) -> Flo
     for part, nodes in _near(table, parts_):
         offset, gap, weight = nodes
         x = panels.base[part.panel][:, None] + offset
-        index = np.broadcast_to(part.panel[:, None], offset.shape)
-        weight = weight * evaluate(panels, table.slope, index, offset)
+        weight = weight * evaluate(panels, table.slope, part.panel, offset)
         _gather(totals, part.row, _kernels(gap, x, c[part.row, None], third) * weight)
     return np.asarray(totals / c ** np.array([[1.0], [0.0], [-2.0]]))
 
@@ -324,5 +323,4 @@ def _rule_of(panels: Panels, slope: Series) -> tuple[FloatArray, FloatArray]:
     jacobian = np.where(
         panels.rooted[:, None], 2.0 * (low + (high - low) * nodes) * (high - low), panels.width[:, None]
     )
-    index = np.broadcast_to(np.arange(panels.count)[:, None], offset.shape)
-    return offset, weights * jacobian * evaluate(panels, slope, index, offset)
+    return offset, weights * jacobian * evaluate(panels, slope, np.arange(panels.count), offset)
