@@ -320,6 +320,28 @@ def test_charts_and_pictures_become_columns():
 
 
 @panel
+@pytest.mark.filterwarnings("ignore:Widget.name is deprecated:PendingDeprecationWarning")
+def test_a_file_that_is_dropped_soon_after_another_is_read():
+    """The browser does not take back the first file when the second one comes while it still shows the upload."""
+    from pymdr.explore import files
+
+    chosen = [model.start("ball")]
+    place = files.Files(lambda: chosen[-1], chosen.append)
+    try:
+        for file, kind in (("a.toml", "cone"), ("b.toml", "ball"), ("a.toml", "gel"), ("b.toml", "cone")):
+            content, count = model.toml(model.start(kind)), len(chosen)
+            data = {"name": file, "type": "", "data": content.encode(), "chunk": 1, "total_chunks": 1}
+            place._place._process_event(SimpleNamespace(event_name="upload_event", data=data))
+            end = time.monotonic() + 60.0
+            while len(chosen) == count:
+                assert time.monotonic() < end
+                time.sleep(0.01)
+            assert chosen[-1].tables["profile"] == model.start(kind).tables["profile"]
+    finally:
+        place.close()
+
+
+@panel
 def test_tables_escape_what_they_show():
     from pymdr.explore import views
 

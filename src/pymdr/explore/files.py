@@ -72,7 +72,9 @@ class Files:
     def _read(self, event: Any) -> None:
         if not event.new:
             return
-        name, content = next(iter(event.new.items()))
+        # the browser takes back a file that is replaced only after its upload was shown: what was read goes here
+        name, content = event.new.popitem()
+        event.new.clear()
         choice = self._choice()
         data = content if isinstance(content, bytes) else str(content).encode()
 
