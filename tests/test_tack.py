@@ -357,9 +357,37 @@ def test_lengths_beside_the_travel_of_a_soft_machine_are_shown_and_a_softer_one_
     assert soft.indentation == pytest.approx(dead.indentation, rel=1e-6)
     texts = [next(line for line in str(one).splitlines() if "contact radius" in line) for one in (soft, dead)]
     assert texts[0] == texts[1]
-    with pytest.raises(
-        mdr.ProblemError, match=r"machine_stiffness = .*limit 1e\+10.*give at least"
-    ) as refused:
-        mdr.pull_off(PROBE, preload="0.1 mN", speed="1 um/s", machine_stiffness=1e-30)
+
+
+SHORT = mdr.Contact(mdr.Paraboloid("1 mm"), SILICONE, adhesion=mdr.JKR("50 mJ/m^2", range="0.1 um"))
+
+
+@pytest.mark.parametrize("start", [{"preload": "0.1 mN"}, {"pressed_to": "10 um"}], ids=["preload", "depth"])
+@pytest.mark.parametrize("probe", [PROBE, SHORT], ids=["zone", "short"])
+def test_a_machine_too_soft_for_numbers_is_refused_with_a_stiffness_that_serves(probe, start):
+    test = {"speed": "1 um/s", **start}
+    with pytest.raises(ProblemError, match=r"machine_stiffness = .*limit 1e\+10.*give at least") as refused:
+        mdr.pull_off(probe, **test, machine_stiffness=1e-30)
     least = str(refused.value).partition("give at least ")[2].partition(",")[0]
-    assert mdr.pull_off(PROBE, preload="0.1 mN", speed="1 um/s", machine_stiffness=least).largest_pull < 0.0
+    pull = mdr.pull_off(probe, **test, machine_stiffness=least)
+    # so slow a test pulls as the relaxed body does
+    assert pull.largest_pull == pytest.approx(-1.5 * math.pi * 50e-3 * 1e-3, rel=0.03)
+
+
+@pytest.mark.parametrize("machine", [1e-3, 1.0, math.inf])
+def test_errors_of_a_pull_off_are_known_beside_its_jump_and_contain_those_of_a_finer_solution(machine):
+    test = {"preload": "0.1 mN", "speed": "1 um/s", "machine_stiffness": machine}
+    pull, fine = mdr.pull_off(PROBE, **test), mdr.pull_off(PROBE, **test, tolerance=1e-5)
+    small = {"normal_force", "largest_pull", "dissipated_energy", "external_work", "effective_work"}
+    for name, claim in pull.claims.items():
+        if claim.error is None:
+            continue
+        value, best = (float(one.data[name]) for one in (pull, fine))
+        assert abs(value - best) <= float(claim.error[0]) * abs(value)
+        assert name not in small or float(claim.error[0]) < (0.15 if math.isinf(machine) else 0.02)
+
+
+def test_a_depth_that_the_jump_into_contact_passes_is_refused():
+    with pytest.raises(ProblemError, match=r"passed at first touch.*give a larger value"):
+        mdr.pull_off(PROBE, pressed_to="1 um", speed="1 um/s", machine_stiffness=1e-3)
+    mdr.pull_off(PROBE, pressed_to="20 um", speed="1 um/s", machine_stiffness=1e-3)

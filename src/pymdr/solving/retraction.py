@@ -15,13 +15,14 @@ from pymdr.errors import ConvergenceError, PathError, ProblemError, PymdrError
 from pymdr.line.soft.small_zone import ShortSprings
 from pymdr.line.soft.springs import FINE, ZoneSprings
 from pymdr.problem.contact import Contact
+from pymdr.problem.laws import JKR
 from pymdr.problem.materials import Elastic
 from pymdr.problem.paths import LoadingPath, Path, hold, indent, load
 from pymdr.problem.values import within_range
 from pymdr.result import Result
 from pymdr.solving.batch import Request, solutions
 from pymdr.solving.memory import powers_of, refuse_rigid, relaxation_along, times_along
-from pymdr.solving.pulloff import start_of_retraction
+from pymdr.solving.pulloff import elastic_pull_off, start_of_retraction
 from pymdr.solving.verb import read_stiffness, solve
 from pymdr.solving.zones import short_springs, with_measured_zone, zone_relaxation, zone_setting
 from pymdr.units import FloatArray, QuantityLike, shown, to_si, written
@@ -31,9 +32,13 @@ ROWS, _FINE = 240, 48
 _TOUCH = 1e-7
 """Part of the approach at which the first touch is read; with powers of time, whose series begins at the shortest time of a path, a row."""
 _EVEN_TOUCH = 1.0 / (ROWS - 1)
-_DOUBLINGS = 30
-_MOST_RANGES = 1e10
-"""Largest travel in a retraction over the range of the attraction, for which six digits of that range are left."""
+_DOUBLINGS = 40
+_MOST_RANGES, _SPARE = 1e10, 8.0
+"""Largest travel in a test over the range of the attraction, for which six digits of that range are left; and the stiffness advised over the one that would just do."""
+_GROWTH = 30.0
+"""Largest growth of the approach over its length so far."""
+_BEYOND = 1.05
+"""Length of the retraction over that up to the separation."""
 _STEEPEST = 10.0
 """Largest slope of the profile in the contact before the retraction, far beyond the small slopes of the model: no row finds a pull beside such loads."""
 
@@ -83,6 +88,8 @@ class _Approach(NamedTuple):
     top: float
     """Largest travel in m."""
     speed: float
+    bare: Contact
+    """Without memory and adhesion, of the modulus at first touch."""
     touch: float = _TOUCH
 
     @property
@@ -235,35 +242,42 @@ class _AtRest:
 
 def _retreat(rest: _AtRest, approach: _Approach, test: TackTest) -> tuple[float, dict[str, FloatArray]]:
     """A length in m in which the contact is lost, and its evenly spaced rows."""
-    length = _first_length(rest.contact, approach)
+    length, pull = _first_length(rest.contact, approach), 0.0
     end, _ = approach.away(test, np.zeros(1))
     for _ in range(_DOUBLINGS):
+        _refuse_soft(rest.contact, approach.bare, rest.stiffness, length, pull)
         time, travel = approach.away(test, _even(length))
         follow = rest.springs(approach, test, length).follow
         rows = follow(np.append(end, time), np.append(approach.top, travel), rest.stiffness)
         if rows["cohesive_radius"][-1] == 0.0:
-            _refuse_soft(rest, length, rows)
             return length, rows
-        length *= 2.0
+        length, pull = 2.0 * length, max(pull, -float(np.min(rows["normal_force"])))
     raise ConvergenceError(
         f"the contact has not been lost after a retraction of {written(length, 'm', 3)}; check the magnitudes of the speeds and relaxation times"
     )
 
 
-def _refuse_soft(rest: _AtRest, length: float, rows: dict[str, FloatArray]) -> None:
-    """Refuse a machine that travels so far in a retraction, to a length in m, that no digit of the range of the attraction is left."""
-    law = rest.contact.adhesion
+def _refuse_soft(contact: Contact, bare: Contact, stiffness: float, length: float, force: float) -> None:
+    """Refuse a machine that travels so far, a length in m under a force in N, that no digit of the range of the attraction is left."""
+    law = contact.adhesion
     assert law is not None
     assert law.attraction_range is not None
     ranges = length / law.attraction_range
-    if ranges > _MOST_RANGES:
-        pull = max(0.0, -float(np.min(rows["normal_force"])))
-        least = pull / (_MOST_RANGES * law.attraction_range)
-        raise ProblemError(
-            f"machine_stiffness = {written(rest.stiffness, 'N/m', 3)}: the machine travels {written(length, 'm', 3)} in the retraction, {ranges:.2g} times the "
-            f"range of the attraction (limit {_MOST_RANGES:.0e}), beside which numbers keep no digit of the contact; give at least "
-            f"{written(8.0 * least, 'N/m', 2)}, or solve(contact, load(...)) with a rate for a dead load"
-        )
+    if ranges <= _MOST_RANGES:
+        return
+    beside = (
+        f"travels {written(length, 'm', 3)}, {ranges:.2g} times the range of the attraction (limit {_MOST_RANGES:.0e}), beside which numbers keep no "
+        "digit of the contact"
+    )
+    if math.isinf(stiffness):
+        raise ProblemError(f"the test {beside}; press less deep, or give a longer range")
+    # so soft a machine loads slowly
+    slow = elastic_pull_off(replace(bare, adhesion=JKR(law.work)), machine_stiffness=0.0)
+    least = _SPARE * max(force, -slow.largest_pull) / (_MOST_RANGES * law.attraction_range)
+    raise ProblemError(
+        f"machine_stiffness = {written(stiffness, 'N/m', 3)}: the machine {beside}; give at least {written(least, 'N/m', 2)}, or "
+        "solve(contact, load(...)) with a rate for a dead load"
+    )
 
 
 def _refuse_steep(before: Result, quantity: str, target: float) -> None:
@@ -309,7 +323,9 @@ def _graded(length: float, rows: dict[str, FloatArray]) -> FloatArray:
     ]
     lengths = np.unique(np.concatenate(parts))
     # rows that both spacings share
-    return lengths[np.diff(lengths, append=math.inf) > 1e-5 * at(separated)]
+    lengths = lengths[np.diff(lengths, append=math.inf) > 1e-5 * at(separated)]
+    # beyond the error of the instant of separation
+    return np.append(lengths, _BEYOND * at(separated))
 
 
 def _first_length(contact: Contact, approach: _Approach) -> float:
@@ -344,26 +360,37 @@ def _approach(contact: Contact, speed: float, stiffness: float, quantity: str, t
         _refuse_steep(before, quantity, target)
         top = float(before.data["indentation"].values[-1]) if by_force else top
     touch = _EVEN_TOUCH if powers_of(contact) else _TOUCH
-    approach = _Approach(channel, begin, top, speed, touch)
+    approach = _Approach(channel, begin, top, speed, bare, touch)
     if quantity == channel:
         return approach
+    needed = target if by_force else 0.0
     if machine is not None:
-        top += max(target if quantity == "normal_force" else 0.0, 0.0) / machine
+        top += needed / machine
+        _refuse_soft(contact, bare, stiffness, top, needed)
     for _ in range(_DOUBLINGS):
-        rows = solve(contact, approach._replace(top=top).path, machine_stiffness=machine).data
-        values, travel = rows[quantity].values, rows[channel].values
-        reached = np.flatnonzero((values >= target) & (rows["cohesive_radius"].values > 0.0))
-        if reached.size:
+        pressed = approach._replace(top=top)
+        rows = solve(contact, pressed.path, machine_stiffness=machine).data
+        values, travel = rows[quantity].values, pressed.rows[1]
+        attached = rows["cohesive_radius"].values > 0.0
+        reached = np.flatnonzero((values >= target) & attached)
+        row = int(reached[0]) if reached.size else ROWS
+        if row < ROWS and (row > ROWS // 2 or not attached[row - 1]):
             break
-        top = approach.start + 1.5 * (top - approach.start)
+        if row < ROWS:
+            top = float(travel[row + 1])
+            continue
+        rise = (values[-1] - values[-2]) / (travel[-1] - travel[-2])
+        missing = (target - values[-1]) / rise if attached[-2] and rise > 0.0 else 0.0
+        whole = top - approach.start
+        top += min(max(0.5 * whole, 1.1 * float(missing)), _GROWTH * whole)
+        _refuse_soft(contact, bare, stiffness, top, needed)
     else:
         raise PathError(
             f"the {quantity.replace('_', ' ')} in approach does not reach {target:g} (largest {float(np.nanmax(values)):.3g})"
         )
-    row = int(reached[0])
-    if row == 0:
+    if row == 0 or not attached[row - 1]:
         raise ProblemError(
-            f"{quantity.replace('_', ' ')} = {target:g} is that of first touch; give a larger value"
+            f"{quantity.replace('_', ' ')} = {target:g} is passed at first touch, where the contact jumps to {values[row]:.3g}; give a larger value"
         )
     first = max(row - 4, 0)
     part = slice(first, row + 4)

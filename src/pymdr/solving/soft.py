@@ -413,6 +413,9 @@ def _errors(rows: ZoneRows, columns: dict[str, FloatArray], balance: FloatArray)
     body, jumps, worked = (
         _difference(rows, name) for name in ("body_dissipation", "jump_dissipation", "work")
     )
+    unknown = differ | _beside_jumps(rows)
+    # later rows do not inherit a jump that some of the levels have yet to make
+    jumps = np.where(unknown, 0.0, jumps)
     # all levels may miss the instant of a jump alike
     worked *= 1.0 + np.maximum.accumulate(fine["jumped"])
     missed += memory.later_too(np.maximum(body + 2.0 * jumps, worked), whole)
@@ -426,7 +429,6 @@ def _errors(rows: ZoneRows, columns: dict[str, FloatArray], balance: FloatArray)
     errors["jumped"] = np.zeros(differ.size)
     moved = {"indentation": np.isinf(rows.control), "normal_force": rows.control == 0.0}
     moved["travel"] = (rows.control > 0.0) & np.isfinite(rows.control)
-    unknown = differ | _beside_jumps(rows)
     errors = {name: np.where(unknown, 1.0, error) for name, error in errors.items()}
     return {
         name: np.where(moved[name], 0.0, error) if name in moved else error for name, error in errors.items()

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
 from pymdr.deferred import mpl
 from pymdr.errors import ConvergenceError, ProblemError, PymdrError
 from pymdr.interpretation.accuracy import with_errors
-from pymdr.interpretation.validity import SOURCES, Claim, Level
+from pymdr.interpretation.validity import SOURCES, BoolArray, Claim, Level
 from pymdr.presentation import plot
 from pymdr.problem.contact import Contact
 from pymdr.problem.laws import JKR, MaugisDugdale
@@ -42,6 +43,9 @@ _JUMPS = {
     "jump_in_radius": "contact_radius",
 }
 """Numbers of the jumps out of contact and into it, and their columns; the law of a small zone has neither jump."""
+_ENERGIES = "external_work", "elastic_energy", "surface_energy"
+_OF_ENERGIES = "external_work", "jump_dissipation"
+"""Columns whose errors are relative to the largest sum of these energies."""
 _WITHOUT_JUMPS = (
     "the law of a small zone has no jump: the contact grows from nothing, and its edge recedes at a finite speed until the contact is lost; "
     "use MaugisDugdale(work, range=...)"
@@ -216,9 +220,10 @@ def _read(
     rows = result.data
     attached = rows["cohesive_radius"].values > 0.0
     first, last = int(np.argmax(attached)), int(np.flatnonzero(attached)[-1])
-    jumps = {
-        name: (column, last + 1 if name == "dissipated_energy" else first) for name, column in _JUMPS.items()
-    }
+    end = rows.sizes["step"] - 1
+    # rows of the value and of its error; the levels separate in different rows
+    jumps = {name: (column, first, first) for name, column in _JUMPS.items()}
+    jumps["dissipated_energy"] = "jump_dissipation", last + 1, end
     if "jump_dissipation" not in rows:
         jumps = {}
     force = np.where(attached, rows["normal_force"].values, math.inf)
@@ -228,18 +233,13 @@ def _read(
     def at(name: str, row: int) -> float:
         return float(rows[name].values[row])
 
-    def error(name: str, row: int) -> float:
-        errors = result.claims[name].error
-        if errors is None or contact.is_cohesive:
-            return 0.0 if errors is None else float(errors[row])
-        # errors of the law of a small zone are relative to the largest value
-        largest = float(np.nanmax(np.abs(rows[name].values)))
-        return float(errors[row]) * largest / max(abs(at(name, row)), 1e-300)
+    error = partial(_error_in, result, retracted)
 
-    def between(name: str) -> float:
-        """The change over the last two attached rows, relative to the value."""
+    def at_loss(name: str) -> float:
+        """The error of the last stable state, which lies between two rows."""
         value = at(name, last)
-        return abs((value - at(name, last - 1)) / value) if value != 0.0 else 0.0
+        change = abs((value - at(name, last - 1)) / value) if value != 0.0 else 0.0
+        return error(name, last) + change
 
     # the largest pull is in a row, or beside one, whose force differs from the lowest by less than its error
     alike = np.flatnonzero(retracted & (force <= force[lowest] * (1.0 - error("normal_force", lowest))))
@@ -257,27 +257,24 @@ def _read(
     values = {
         **{name: at(name, last) for name in ("normal_force", "indentation", "contact_radius")},
         "travel": at(travel, last),
-        **{name: at(column, row) for name, (column, row) in jumps.items()},
+        **{name: at(column, row) for name, (column, row, _) in jumps.items()},
         "largest_pull": pull,
         "largest_pull_indentation": at("indentation", lowest),
         "largest_pull_radius": at("contact_radius", lowest),
-        "external_work": at("external_work", rows.sizes["step"] - 1),
+        "external_work": at("external_work", end),
         "preload": at("normal_force", ROWS - 1),
         "dwell": test.dwell,
         "speed": test.speed,
         "machine_stiffness": stiffness,
     }
     errors = {
-        **{
-            name: error(name, last) + between(name)
-            for name in ("normal_force", "indentation", "contact_radius")
-        },
-        "travel": error(travel, last) + between(travel),
-        **{name: error(column, row) for name, (column, row) in jumps.items()},
+        **{name: at_loss(name) for name in ("normal_force", "indentation", "contact_radius")},
+        "travel": at_loss(travel),
+        **{name: error(column, row, own) for name, (column, own, row) in jumps.items()},
         "largest_pull": error("normal_force", lowest) + missed,
         "largest_pull_indentation": spread("indentation"),
         "largest_pull_radius": spread("contact_radius"),
-        "external_work": error("external_work", rows.sizes["step"] - 1),
+        "external_work": error("external_work", end),
     }
     everywhere = np.ones(1, dtype=bool)
     exact = replace(result.claims["jumped"], where=everywhere, error=None)
@@ -303,6 +300,35 @@ def _read(
         references=result.references,
         result=result,
     )
+
+
+def _error_in(
+    result: Result, retracted: BoolArray, name: str, row: int, value_row: int | None = None
+) -> float:
+    """
+    The relative error of a column in a row, for the value of that row or another one.
+
+    Where it is not measured, beside jumps, that of the last row before in which it is, and the change since.
+    """
+    rows, errors = result.data, result.claims[name].error
+    if errors is None:
+        return 0.0
+    column = rows[name].values
+    size = max(abs(float(column[row if value_row is None else value_row])), 1e-300)
+    if name == "jump_dissipation":
+        column = np.cumsum(column)
+    measured = np.flatnonzero(errors[: row + 1] < 1.0)
+    if not measured.size or (retracted[row] and not retracted[measured[-1]]):
+        return 1.0
+    near = int(measured[-1])
+    if not result.contact.is_cohesive:
+        scale = float(np.nanmax(np.abs(column)))
+    elif name in _OF_ENERGIES:
+        energies = [np.nan_to_num(np.abs(rows[one].values[: near + 1])) for one in _ENERGIES]
+        scale = float(np.max(np.sum(energies, axis=0)))
+    else:
+        scale = abs(float(column[near]))
+    return (float(errors[near]) * scale + abs(float(column[row] - column[near]))) / size
 
 
 def _effective_work(elastic: ElasticPulls | None, pull: float, error: float) -> tuple[float, Claim]:
