@@ -17,7 +17,8 @@ from pymdr.units import FloatArray
 
 DEEPEST = 0.9
 """Largest indentation over R; near 1 the force of the model falls."""
-_NODES = 48
+_NODES, _OF_LOADING = 48, 24
+"""Of quadratures of the energy that unloading returns, and of the work of yielding, whose force is smooth."""
 _STEEPNESS, _DELAY = 10.7, 10.0
 """Of the factor of the wall, 1 + exp(10.7 d / R - 10)."""
 
@@ -118,11 +119,7 @@ class Ball:
 
     def yield_pressure(self, largest: FloatArray) -> FloatArray:
         """P_Y in Pa after largest indentations in m."""
-        # the indentation of the apparent ball over its radius, 1 - (R - M) / R
-        fraction = largest / self.radius
-        if self.grown is not None:
-            fraction = 1.0 - (self.radius - largest) / self.grown(largest)
-        return np.asarray(yield_pressure(self.strength, fraction))
+        return self._contact_of(largest)[1]
 
     def yielded(self, largest: FloatArray) -> FloatArray:
         """1 where the ball has yielded, else 0."""
@@ -130,18 +127,27 @@ class Ball:
 
     def full_radius(self, largest: FloatArray) -> FloatArray:
         """The contact radius a_M in m at largest indentations in m, after yield."""
+        return np.sqrt(self._contact_of(largest)[0])
+
+    def _contact_of(self, largest: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """a_M^2 in m^2 and p_Y in Pa after largest indentations in m, after yield."""
         first = min(self.yield_depth, self.radius)
         square = largest * (2.0 * self.radius - largest) - first * (self.radius - first)
+        # the indentation of the apparent ball over its radius, 1 - (R - M) / R
+        fraction = largest / self.radius
         if self.grown is not None:
             apparent = self.grown(largest)
             square = square + (apparent - self.radius) * (apparent + self.radius)
-        return np.sqrt(np.maximum(square, first * self.radius))
+            fraction = 1.0 - (self.radius - largest) / apparent
+        pressure = np.asarray(yield_pressure(self.strength, fraction))
+        return np.maximum(square, first * self.radius), pressure
 
     def line(self, largest: FloatArray) -> Ellipse:
         """The line after largest indentations in m."""
         largest = np.asarray(largest, dtype=float)
-        a = self.full_radius(largest)
-        height = 4.0 * self.yield_pressure(largest) * a / self.modulus
+        square, pressure = self._contact_of(largest)
+        a = np.sqrt(square)
+        height = 4.0 * pressure * a / self.modulus
         yielded = self.yielded(largest) > 0.0
         return Ellipse(
             np.where(yielded, height, 4.0 * self.radius),
@@ -152,7 +158,8 @@ class Ball:
     def lift(self, largest: FloatArray) -> FloatArray:
         """The displacement d_R in m by which the load lifts the contact, negative; 0 before yield."""
         largest = np.asarray(largest, dtype=float)
-        a, pressure = self.full_radius(largest), self.yield_pressure(largest)
+        square, pressure = self._contact_of(largest)
+        a = np.sqrt(square)
         z = self.radius - largest + 2.0 * pressure * a / self.modulus
         lifted = lift(pressure, a, z, self.poisson, self.shear)
         return np.where(self.yielded(largest) > 0.0, lifted, 0.0)
@@ -223,11 +230,12 @@ class Ball:
         d = np.maximum(np.asarray(d, dtype=float), 0.0)
         elastic = np.minimum(d, min(self.yield_depth, DEEPEST * self.radius))
         work = self.elastic_energy(elastic, np.nextafter(elastic, 0.0))
-        t, weights = gauss(_NODES)
+        t, weights = gauss(_OF_LOADING)
         for low, high in itertools.pairwise((*self.knots, math.inf)):
             length = np.clip(d - low, 0.0, high - low)[..., None]
             at = low + length * t
-            pressed = math.pi * self.full_radius(at) ** 2 * self.yield_pressure(at) * self.wall(at)
+            square, pressure = self._contact_of(at)
+            pressed = math.pi * square * pressure * self.wall(at)
             work = work + (length * pressed) @ weights
         return np.asarray(work)
 
