@@ -72,3 +72,13 @@ def test_a_map_of_one_curve_is_the_fit_of_it(law, machine, tilt):
 def test_a_jump_in_correlated_noise_is_at_one_sample(lasting, seed):
     """The single fit ended samples beyond the jump of the second and third."""
     compare("DMT", record("DMT", 400, seed, lasting=lasting), ["body.young", "adhesion.work"])
+
+
+@pytest.mark.parametrize("law", ["JKR", "DMT"])
+def test_the_compiled_search_of_many_curves_ends_where_that_of_few_does(law):
+    free = ["body.young", "adhesion.work"]
+    curves = [record(law, 300, seed, 0.02) for seed in range(64)]
+    many, few = mdr.fit_map(CONTACTS[law], curves, free), mdr.fit_map(CONTACTS[law], curves[:2], free)
+    for name in (*free, "contact_point", "baseline"):
+        off = np.abs(many[name].values[:2] - few[name].values)
+        assert np.all(off <= 1e-6 * few[f"{name}_error"].values), name

@@ -80,12 +80,11 @@ def _put(row: NDArray[Any], values: NDArray[Any]) -> None:
 
 
 def _blended(weight: FloatArray, rows: FloatArray) -> FloatArray:
-    """As :func:`pymdr.solving.fits.kernels.model.blended`, of four rows."""
-    out = np.empty(rows.shape[1])
-    for j in range(out.size):
-        out[j] = (
-            weight[0] * rows[0, j] + weight[1] * rows[1, j] + weight[2] * rows[2, j] + weight[3] * rows[3, j]
-        )
+    """As :func:`pymdr.solving.fits.kernels.model.blended`."""
+    out = weight[0] * rows[0]
+    for i in range(1, weight.size):
+        for j in range(out.size):
+            out[j] += weight[i] * rows[i, j]
     return out
 
 
