@@ -236,7 +236,8 @@ class Ball:
             at = low + length * t
             square, pressure = self._contact_of(at)
             pressed = math.pi * square * pressure * self.wall(at)
-            work = work + (length * pressed) @ weights
+            # row by row: products of matrices round equal rows differently
+            work = work + (length * pressed * weights).sum(axis=-1)
         return np.asarray(work)
 
     def dissipation(self, largest: FloatArray) -> FloatArray:
