@@ -173,7 +173,7 @@ def test_cases_go_there_and_back(body):
         ),
         (
             {"kind": "graded", "young": "1 MPa", "depth": 1.0, "exponent": 2, "poisson": 0.3},
-            r"\[body\] Graded\.exponent = 2: it must be above -1 and below 1",
+            r"\[body\] exponent = 2: it must be above -1 and below 1",
         ),
     ],
 )

@@ -348,4 +348,5 @@ class DMT:
 
     def energies(self, s: ArrayLike, indentation: ArrayLike | None = None) -> tuple[FloatArray, FloatArray]:
         """Return the elastic energy and the energy of the pull, -pull d [J], as `JKR` does."""
-        return self._bare.energies(s, indentation)[0], -self.pull * self._bare.states(s).indentation
+        depth = self._bare.states(s).indentation if indentation is None else np.asarray(indentation)
+        return self._bare.energies(s, indentation)[0], -self.pull * depth

@@ -49,8 +49,8 @@ class Equilibria(Protocol):
     def slopes(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return dd/ds and dF/ds."""
 
-    def energies(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the elastic and the surface energy in J."""
+    def energies(self, s: FloatArray, indentation: FloatArray | None = None) -> tuple[FloatArray, FloatArray]:
+        """Return the elastic and the surface energy in J, at indentations in m where these are known better than by s."""
 
 
 _STEP = 2.0**0.25

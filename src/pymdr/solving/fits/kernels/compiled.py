@@ -81,7 +81,7 @@ def _put(row: NDArray[Any], values: NDArray[Any]) -> None:
 
 def _blended(weight: FloatArray, rows: FloatArray) -> FloatArray:
     """As :func:`pymdr.solving.fits.kernels.model.blended`."""
-    out = weight[0] * rows[0]
+    out: FloatArray = weight[0] * rows[0]
     for i in range(1, weight.size):
         for j in range(out.size):
             out[j] += weight[i] * rows[i, j]
