@@ -405,7 +405,14 @@ def test_the_schemas_of_surfaces(shell):
     schema = json.loads(shell("schema", "--press")[1])
     assert set(schema["required"]) == {"surface", "body"}
     assert {"punch", "surface", "counterbody"} <= set(schema["properties"])
-    assert {"file", "channel", "size"} < set(schema["$defs"]["measured"]["properties"])
+    assert set(schema["$defs"]["measured"]["properties"]) == {
+        "file",
+        "channel",
+        "size",
+        "unit",
+        "missing",
+        "detrend",
+    }
     assert shell("schema", "--press", "--rough")[0] == 2
 
 

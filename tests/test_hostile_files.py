@@ -2,7 +2,9 @@
 
 import contextlib
 import json
+import math
 import os
+import re
 import string
 import tomllib
 from pathlib import Path
@@ -15,6 +17,7 @@ from hypothesis import strategies as st
 import pymdr as mdr
 from drawing import examples
 from pymdr.errors import FileError, PymdrError
+from pymdr.problem.codec import decode_case, decode_machine, decode_press, decode_rough
 from pymdr.solving.reopening import result_from_dataset
 from pymdr.solving.workers import KeptParts
 from pymdr.workbench.casefile import read_case, read_rough_case
@@ -356,6 +359,47 @@ def test_every_template_runs_as_written(tmp_path, shell):
     status, out, err = shell("run", file)
     assert (status, err) == (0, "")
     assert "My tip" in out
+
+
+def keys_of(value, place=()):
+    """The places of all values of a case."""
+    inner = value.items() if isinstance(value, dict) else enumerate(value) if is_tables(value) else ()
+    for key, part in inner:
+        yield from keys_of(part, (*place, key))
+    if not isinstance(value, dict) and not is_tables(value):
+        yield place
+
+
+def is_tables(value):
+    return isinstance(value, list) and bool(value) and isinstance(value[0], dict)
+
+
+PLACES = [(kind, place) for kind in KINDS for place in keys_of(tomllib.loads(template(kind)))]
+DECODERS = {"rough": decode_rough, "press": decode_press, "machine": decode_machine}
+
+
+@settings(max_examples=examples(60), deadline=None)
+@given(st.sampled_from(PLACES), st.sampled_from([{"a": 1}, [{"a": [1]}], math.nan, "rubbish", None]))
+def test_one_wrong_value_anywhere_has_one_complaint_that_names_its_key(at, wrong):
+    """None stands for a misspelt key beside it; any text is a title or a name."""
+    kind, (*outer, key) = at
+    case = tomllib.loads(template(kind))
+    table = case
+    for part in outer:
+        table = table[part]
+    if wrong is None:
+        key, wrong = "zzz", 1
+    elif wrong == "rubbish" and key in ("title", "name"):
+        wrong = 3.5
+    table[key] = wrong
+    with pytest.raises(mdr.CaseError) as refused:
+        DECODERS.get(kind, decode_case)(case)
+    message = str(refused.value)
+    where, _, rest = message.rpartition("] ")
+    assert re.match(rf"(entry 1 of )?{key}\b", rest), message
+    assert "; [" not in message
+    for part in outer:
+        assert re.search(rf"\b{part + 1 if isinstance(part, int) else part}\b", where), message
 
 
 def test_a_contact_refused_at_every_row_is_summarised_saved_and_read(tmp_path):

@@ -270,7 +270,8 @@ def sheared_errors(surface: ShearedSurface, size: int) -> dict[str, FloatArray]:
     for i, (row, *both) in enumerate(pairs):
         a = both[0].radius
         r = np.concatenate([a * TO_EDGE, _sharpest_kinks(both[0])]) if a > 0.0 else TO_EDGE
-        r = r[away_from(r, surface.marks(row))]
+        away = away_from(r, surface.marks(row))
+        r = r[away] if away.any() else r
         shift = float(surface.shift[row])
         moved = [displacement(state, r) for state in both]
         values = [

@@ -193,6 +193,18 @@ def within_range(values: Any, unit: str, name: str, *, size: bool = False, limit
     return cleared
 
 
+def read_stiffness(value: QuantityLike) -> float:
+    """A machine stiffness in N/m: 0 is a dead load, inf a rigid machine."""
+    if (isinstance(value, float) and value == math.inf) or (
+        isinstance(value, str) and value.strip() == "inf"
+    ):
+        return math.inf
+    stiffness = to_si(value, "N/m", name="machine_stiffness")
+    if stiffness < 0.0:
+        raise ProblemError(f"machine_stiffness = {shown(value)}: it must be at least 0 N/m")
+    return float(within_range(stiffness, "N/m", "machine_stiffness"))
+
+
 class SIField:
     """A dataclass field that accepts a quantity in any form and reads as an SI float.
 

@@ -23,12 +23,12 @@ from pymdr.line.foundation import states_at_depth
 from pymdr.presentation import plot
 from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.profiles import Profile
+from pymdr.problem.values import read_stiffness
 from pymdr.quantities import quantity
 from pymdr.solving.adhesive import HystereticLine
 from pymdr.solving.equilibria import AdhesiveLine
 from pymdr.solving.mapped import assumptions, map_remark
 from pymdr.solving.study import Study, dataset, number
-from pymdr.solving.verb import read_stiffness
 from pymdr.units import FloatArray, QuantityLike, to_si
 
 COST = 0.01

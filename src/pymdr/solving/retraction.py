@@ -18,12 +18,12 @@ from pymdr.problem.contact import Contact
 from pymdr.problem.laws import JKR
 from pymdr.problem.materials import Elastic
 from pymdr.problem.paths import LoadingPath, Path, hold, indent, load
-from pymdr.problem.values import within_range
+from pymdr.problem.values import read_stiffness, within_range
 from pymdr.result import Result
 from pymdr.solving.batch import Request, solutions
 from pymdr.solving.memory import powers_of, refuse_rigid, relaxation_along, times_along
 from pymdr.solving.pulloff import elastic_pull_off, start_of_retraction
-from pymdr.solving.verb import read_stiffness, solve
+from pymdr.solving.verb import solve
 from pymdr.solving.zones import short_springs, with_measured_zone, zone_relaxation, zone_setting
 from pymdr.units import FloatArray, QuantityLike, shown, to_si, written
 

@@ -28,12 +28,12 @@ from pymdr.problem.parameters import parameter_of, with_parameters
 from pymdr.problem.paths import LoadingPath
 from pymdr.problem.profiles import Profile
 from pymdr.problem.schedule import Progress
-from pymdr.problem.values import Value
+from pymdr.problem.values import Value, read_stiffness
 from pymdr.quantities import AXES, magnitudes, quantity
 from pymdr.result import Result, Status
 from pymdr.solving.batch import Request, solutions
 from pymdr.solving.study import Study, dataset
-from pymdr.solving.verb import check_limits_of_tolerance, read_stiffness
+from pymdr.solving.verb import check_limits_of_tolerance
 from pymdr.solving.workers import KeptParts, Workers
 from pymdr.units import FloatArray, QuantityLike, shown, to_si_array, written
 

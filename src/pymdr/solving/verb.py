@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,12 +13,12 @@ from pymdr.machine import memory_of_machine
 from pymdr.problem.contact import Contact, require_contact
 from pymdr.problem.paths import LoadingPath, named_channels
 from pymdr.problem.schedule import Progress, check_times, known_legs, planned, total_rows
-from pymdr.problem.values import within_range
+from pymdr.problem.values import read_stiffness
 from pymdr.result import Result
 from pymdr.solving.bands import scatter_of, with_bands
 from pymdr.solving.laws import law_of
 from pymdr.solving.walk import Task
-from pymdr.units import QuantityLike, shown, to_si
+from pymdr.units import QuantityLike, shown
 
 
 def solve(
@@ -172,18 +171,6 @@ def check_problem(contact: Contact, path: LoadingPath) -> None:
         raise PathError(f"{shown(path)} is not a path; {remedy}")
     known_legs(path)
     check_times(path, needed=contact.is_viscoelastic)
-
-
-def read_stiffness(value: QuantityLike) -> float:
-    """A machine stiffness in N/m: 0 is a dead load, inf a rigid machine."""
-    if (isinstance(value, float) and value == math.inf) or (
-        isinstance(value, str) and value.strip() == "inf"
-    ):
-        return math.inf
-    stiffness = to_si(value, "N/m", name="machine_stiffness")
-    if stiffness < 0.0:
-        raise ProblemError(f"machine_stiffness = {shown(value)}: it must be at least 0 N/m")
-    return float(within_range(stiffness, "N/m", "machine_stiffness"))
 
 
 def kept_rows(keep: int | ArrayLike | None, path: LoadingPath) -> np.ndarray | None:

@@ -31,7 +31,7 @@ from pymdr.problem.paths import CHANNELS, LoadingPath
 from pymdr.problem.rough import RoughSurface
 from pymdr.problem.schedule import check_times, is_torsional
 from pymdr.problem.topography import Topography
-from pymdr.solving.verb import check_tolerance, read_stiffness
+from pymdr.solving.verb import check_tolerance
 from pymdr.units import shown, to_si, to_si_array
 from pymdr.workbench.inputs import read_text
 
@@ -91,8 +91,6 @@ def case_of_tables(tables: Mapping[str, Any], file: Path = Path()) -> Case:
         _check_output(name, wanted, contact, path)
     options = _options(tables.get("solve", {}))
     with errors_of_case("[solve]"):
-        if "machine_stiffness" in options:
-            read_stiffness(options["machine_stiffness"])
         check_tolerance(contact, options.get("tolerance"), options.get("solver"))
     return Case(file, title, contact, path, options, outputs)
 

@@ -83,7 +83,9 @@ def _message(error: Any, schema: Mapping[str, Any], unread: Mapping[Place, str])
             complaints[place] = _unknown_key(item["input"], place, known, reason)
         elif item["type"] != "missing" or place not in suggested:
             complaints.setdefault(place, _complaint(item, place, schemas))
-    listed = list(complaints.values())
+    # of a value that is neither of two types, the complaint that goes deepest
+    outer = {place[:n] for place in complaints for n in range(len(place))}
+    listed = [complaint for place, complaint in complaints.items() if place not in outer]
     more = f"; and {len(listed) - _SHOWN} more" if len(listed) > _SHOWN else ""
     return "; ".join(listed[:_SHOWN]) + more
 
@@ -194,7 +196,7 @@ def _complaint(item: Mapping[str, Any], place: Place, schemas: Schemas) -> str:
             return f"{where}{item['ctx']['error']}"
         case "too_short":
             return f"{where}{key}: at least one entry is needed"
-        case "list_type" if isinstance(item["input"], Mapping):
+        case "list_type" if any({"$ref", "oneOf"} & set(one.get("items", ())) for one in schemas):
             return f"{is_equal}: give one [[{_written(place)}]] for each"
         case "greater_than_equal":
             return f"{is_equal}: it must be at least {item['ctx']['ge']:g}"

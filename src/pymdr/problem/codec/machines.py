@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 from pymdr.errors import CaseError, PymdrError
@@ -12,7 +12,7 @@ from pymdr.problem.codec.complaints import Place, refuse_invalid
 from pymdr.problem.codec.models import in_keys, machine_adapter
 from pymdr.problem.codec.outputs import OUTPUTS
 from pymdr.problem.codec.registering import import_kinds
-from pymdr.problem.machines import Machine
+from pymdr.problem.machines import Body, Link, Machine
 
 _MOVED = "beside [machine] it is not read, because bodies, springs and forces move the contact; leave it out, or leave [machine] out and use pymdr run"
 _UNREAD: dict[Place, str] = {
@@ -62,12 +62,10 @@ def decode_machine(plain: Mapping[str, Any]) -> MachineCase:
         {**link, "contact": contact} if link["kind"] == "joint" else link for link in table.get("links", ())
     ]
     built = build_all(_numbered("links", links))
-    try:
-        machine = Machine(bodies, list(built.values()))
-    except PymdrError as error:
-        keys = (key for link in links for key in link)
-        message = in_keys(error, ["Machine", *(type(link).__name__ for link in built.values())], keys)
-        raise CaseError(f"[machine] {message}") from error
+    _machine("machine", bodies)
+    for place, link in built.items():
+        _machine(place, bodies, [link])
+    machine = _machine("machine", bodies, list(built.values()))
     options = {key: table[key] for key in ("duration", "steps", "accuracy") if key in table}
     return MachineCase(str(plain.get("title", "")), machine, options)
 
@@ -75,3 +73,13 @@ def decode_machine(plain: Mapping[str, Any]) -> MachineCase:
 def _numbered(key: str, entries: Sequence[Mapping[str, Any]]) -> dict[str, Mapping[str, Any]]:
     """Bodies or links by their places."""
     return {f"machine.{key} {i}": entry for i, entry in enumerate(entries, 1)}
+
+
+def _machine(place: str, bodies: Sequence[Body], links: Sequence[Link] = ()) -> Machine:
+    """A machine whose errors belong to a place of the case."""
+    try:
+        return Machine(bodies, links)
+    except PymdrError as error:
+        owners = {cls.__name__: [f.name for f in fields(cls)] for cls in (Machine, *map(type, links))}
+        message = in_keys(error, owners, [name for names in owners.values() for name in names])
+        raise CaseError(f"[{place}] {message}") from error

@@ -33,6 +33,7 @@ from pymdr.problem.values import (
     OptionalSIField,
     SidesField,
     SIField,
+    read_stiffness,
 )
 
 if TYPE_CHECKING:
@@ -157,11 +158,16 @@ def _of_surfaces() -> dict[str, Any]:
 
     value: Any = int | float | str
     load = Field(None, description="one or several; unless given, an option of the command")
+    loads: dict[str, Any] = {}
+    for name, unit in LOADS.items():
+        values = WavesField(unit)
+        values.__set_name__(RoughSurface, name)
+        loads[name] = (_checked(value | list[value] | None, values), load)
     return {
         "title": (str, Field("", description="printed above the summary")),
         "body": (_union("material"), ...),
         "counterbody": (_union("material"), Field(None, description="rigid unless given")),
-        **dict.fromkeys(LOADS, (value | list[value], load)),
+        **loads,
     }
 
 
@@ -206,9 +212,15 @@ def forget_models() -> None:
 
 
 def _options_model() -> type[BaseModel]:
-    from pydantic import Field, create_model
+    from pydantic import AfterValidator, Field, create_model
 
-    stiffness = Field(None, description="stiffness of the loading machine, above 0 N/m")
+    def checked(value: Any) -> Any:
+        if value is not None:
+            read_stiffness(value)
+        return value
+
+    number: Any = Annotated[Union[int, float, str, None], AfterValidator(checked)]  # noqa: UP007
+    stiffness = Field(None, description="stiffness of the loading machine, above 0 N/m; 0 is a dead load")
     kept = Field(None, description="with friction: keep every k-th row", ge=1, strict=True)
     text = "cohesive zone with memory: relative error of the force"
     tolerance: Any = Annotated[float, Field(strict=True, ge=1e-6, le=1e-2, allow_inf_nan=False)]
@@ -224,7 +236,7 @@ def _options_model() -> type[BaseModel]:
         "solve",
         __config__=CLOSED,
         __doc__="How a case is solved.",
-        machine_stiffness=(Union[int, float, str, None], stiffness),  # noqa: UP007
+        machine_stiffness=(number, stiffness),
         keep=(int | None, kept),
         solver=(rings | None, Field(None, description="by default the method of dimensionality reduction")),
         tolerance=(tolerance | None, Field(None, description=text)),
