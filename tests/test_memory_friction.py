@@ -717,3 +717,20 @@ def test_slip_between_springs_errs_no_more_than_is_claimed(seed, monkeypatch):
         values, expected = result[name].values, finer[name].values
         allowed = result.claims[name].error * np.abs(values) + 1e-12 * np.abs(expected).max()
         assert (np.abs(values - expected) <= allowed).all(), name
+
+
+def test_a_force_curve_whose_points_leave_no_place_between_them_shears_as_its_profile_does():
+    radius = np.append(0.0, np.geomspace(1e-5, 1e-3, 700))  # neighbours within 1 %
+    depth = radius**2 / 1e-2
+    solid = mdr.Viscoelastic(mdr.StandardSolid("1 MPa", "3 MPa", "1 ms"), poisson=0.5)
+    force = 4.0 / 3.0 * 16e6 / 9.0 * 0.1 * depth**1.5
+    curve = mdr.ForceCurve(indentation=depth, force=force, modulus=16e6 / 9.0)
+    path = mdr.indent("50 um", steps=6, duration="1 ms") >> mdr.shift("2 um", steps=6, duration="1 ms")
+    both = [
+        mdr.solve(mdr.Contact(shape, solid, friction=mdr.Coulomb(0.3)), path)
+        for shape in (curve, mdr.Paraboloid("10 mm"))
+    ]
+    for name in ("normal_force", "tangential_force"):
+        values, expected = (result[name].values for result in both)
+        claimed = sum(result.claims[name].error * np.abs(result[name].values) for result in both)
+        assert np.isfinite(values).all() and (np.abs(values - expected) <= claimed + 1e-12 * expected.max()).all()
