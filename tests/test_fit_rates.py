@@ -2,12 +2,16 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import pymdr as mdr
 from pymdr.problem.parameters import parameters_of, with_parameters
 from pymdr.solving.equilibria import AdhesiveLine
-from pymdr.solving.fits.families import effects_of
+from pymdr.solving.fits.families import axes_of, effects_of, family_of
 from pymdr.solving.fits.forces import forces_of
+from pymdr.solving.fits.kernels import AS_IT_IS, NUMBERS, SCALE, SHAPE, Batch, compiled
+from pymdr.solving.fits.quick import table_of
+from pymdr.solving.fits.unknowns import unknowns_of
 
 WORK, MODULUS, RADIUS = 8e-3, 1e7, 1e-6
 BODIES = mdr.Elastic(MODULUS, 0.3), mdr.Elastic(3.0 * MODULUS, 0.4)
@@ -75,3 +79,39 @@ def test_forces_next_to_the_first_contact(compliance):
     np.testing.assert_allclose(
         force, solved(contact, depth, compliance), rtol=0.0, atol=1e-7 * np.ptp(forces.force)
     )
+
+
+def force_at_loss(scale, work, softness):
+    """Force in N at the smallest travel of a JKR contact, by its equations; modulus and work are multiplied by the scale."""
+    modulus, work = scale * MODULUS / (1.0 - 0.3**2), scale * work
+
+    def rate(a):  # of d + softness F over the contact radius
+        stiffness = 2.0 * modulus * a
+        smooth = 2.0 * a / RADIUS
+        excess = np.sqrt(2.0 * np.pi * work * a / modulus)
+        return (smooth - 0.5 * excess / a) + softness * (stiffness * (smooth - 1.5 * excess / a))
+
+    a = brentq(rate, 1e-12, RADIUS, xtol=1e-18, rtol=1e-14)
+    return 4.0 / 3.0 * modulus * a**3 / RADIUS - np.sqrt(8.0 * np.pi * work * modulus * a**3)
+
+
+@pytest.mark.parametrize("engine", [AS_IT_IS, compiled.ENGINE], ids=["arrays", "compiled"])
+@pytest.mark.parametrize("softness", [0.0, 0.5])
+def test_rates_of_samples_beyond_the_loss_of_contact(engine, softness):
+    """Samples that are taken for ones in contact have the force at the smallest travel, which moves with every number."""
+    contact = mdr.Contact(mdr.Paraboloid(RADIUS), mdr.Elastic(MODULUS, 0.3), adhesion=mdr.JKR(WORK))
+    unknowns = unknowns_of(contact, ["body.young", "adhesion.work"])
+    table = table_of(family_of(contact, axes_of(contact, unknowns), 1e-7))
+    theta = np.zeros((1, NUMBERS))
+    theta[0, SCALE], theta[0, SHAPE] = 0.2, unknowns[1].to_free(WORK) + 0.1
+    place = np.array([[-5e-8, 0.0, 5e-8, 0.0, -5e-8]])
+    batch = Batch(place, np.zeros_like(place), np.array([softness]))
+    inside, rates = np.ones(place.shape, dtype=bool), np.empty((1, 2, place.size))
+    directions = np.eye(NUMBERS)[[SCALE, SHAPE]]
+    engine.tangents_all(batch, directions, table, theta, inside, inside, rates)
+    for row, step in zip(rates[0], 1e-4 * np.eye(2), strict=True):
+        high, low = (
+            force_at_loss(np.exp(0.2 + ahead[0]), WORK * np.exp(0.1 + ahead[1]), softness)
+            for ahead in (step, -step)
+        )
+        np.testing.assert_allclose(row[[0, -1]], (high - low) / 2e-4, rtol=1e-5)

@@ -131,8 +131,11 @@ def _model_of(record: Record, theta: FloatArray, member: Member) -> Model:
     n, scale, span = record.place.size, math.exp(theta[SCALE]), member.deepest - member.fold
     soft = record.softness * scale
     machine = on_machine(member, soft)
-    start = scale * _read(member.force, member.slope, machine.root)[0]
-    start_over = scale * _read(member.force_rate, member.slope_rate, machine.root)[0]
+    start, rise = _read(member.force, member.slope, machine.root)
+    over, over_rise = _read(member.force_rate, member.slope_rate, machine.root)
+    start_scale = scale * (start - rise * soft * rise / machine.turn)
+    moved = 2.0 * machine.root * member.fold_rate - soft * over_rise
+    start_over = scale * (over + rise * moved / machine.turn)
     force, rates, touches = np.zeros(n), np.zeros((BASE, n)), np.empty(n, dtype=np.bool_)
     cell, decided = machine.cell, record.inside.size > 0
     for i in range(n):
@@ -156,7 +159,7 @@ def _model_of(record: Record, theta: FloatArray, member: Member) -> Model:
                 folding = member.fold_rate * (1.0 - root * root) + soft * over
                 rates[SHAPE, i] = scale * over - fraction * folding
         elif decided or machine.travel < 0.0:
-            force[i], rates[SCALE, i], rates[SHAPE, i] = start, start, start_over
+            force[i], rates[SCALE, i], rates[SHAPE, i] = scale * start, start_scale, start_over
     result = Model(force, rates, touches)
     if machine.travel < 0.0 and not decided:
         _leave(record, theta, machine.travel, result)

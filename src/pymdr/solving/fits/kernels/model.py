@@ -93,6 +93,8 @@ class Machine(NamedTuple):
     rate: float
     """dtravel/dr at the loss of contact in m."""
     cell: int
+    turn: float
+    """Second derivative of the travel over r in m at the loss of contact; infinite if it is at the fold, whose root is always 0."""
 
 
 class Model(NamedTuple):
@@ -172,13 +174,13 @@ def on_machine(member: Member, soft: float) -> Machine:
     """Travels of a member on a machine of a compliance in m/N."""
     cells, span = member.force.size - 1, member.deepest - member.fold
     if soft == 0.0:
-        return Machine(member.force, 0.0, member.fold, 0.0, 0)
+        return Machine(member.force, 0.0, member.fold, 0.0, 0, math.inf)
     nodes = np.arange(cells + 1) / cells
     travels = member.fold + span * nodes * nodes + soft * member.force
     lowest = int(np.argmin(travels))
     rate = 2.0 * span * lowest / cells + soft * member.slope[lowest]
     if lowest == 0 and rate >= 0.0:
-        return Machine(travels, 0.0, travels[0], rate, 0)
+        return Machine(travels, 0.0, travels[0], rate, 0, math.inf)
     # the rate of the travel is a quadratic in the cell of the minimum
     j = min(lowest, cells - 1) if rate < 0.0 else lowest - 1
     rise, u, v = member.force[j + 1] - member.force[j], member.slope[j] / cells, member.slope[j + 1] / cells
@@ -190,7 +192,8 @@ def on_machine(member: Member, soft: float) -> Machine:
     root, value = (j + t) / cells, member.force[j] + t * (u + t * (bend + t * turn))
     rate = 2.0 * span * root + soft * cells * (u + t * (2.0 * bend + 3.0 * t * turn))
     travel = member.fold + span * root * root + soft * value
-    return Machine(travels, root, travel, max(rate, 0.0), min(int(root * cells), cells - 1))
+    cell, second = min(int(root * cells), cells - 1), cells * (c1 + 2.0 * c2 * t)
+    return Machine(travels, root, travel, max(rate, 0.0), cell, second if second > 0.0 else math.inf)
 
 
 def roots_at(member: Member, machine: Machine, soft: float, travel: FloatArray) -> FloatArray:
@@ -236,10 +239,14 @@ def model_of(record: Record, theta: FloatArray, member: Member) -> Model:
     touches = record.inside if record.inside.size else travel > 0.0
     if machine.travel < 0.0 or record.inside.size:
         # samples just beyond the loss of contact may be in contact, with the force there
-        start = np.array([machine.root])
-        force[:] = scale * read(member.force, member.slope, start)[0][0]
-        rates[SCALE] = force
-        rates[SHAPE] = scale * read(member.force_rate, member.slope_rate, start)[0][0]
+        at = np.array([machine.root])
+        start, rise = (column[0] for column in read(member.force, member.slope, at)[:2])
+        over, over_rise = (column[0] for column in read(member.force_rate, member.slope_rate, at)[:2])
+        force[:] = scale * start
+        # the root of the smallest travel moves too
+        rates[SCALE] = scale * (start - rise * soft * rise / machine.turn)
+        moved = 2.0 * machine.root * member.fold_rate - soft * over_rise
+        rates[SHAPE] = scale * (over + rise * moved / machine.turn)
     force[beyond] = scale * value
     rates[SCALE][beyond] = scale * value - fraction * soft * value
     rates[POINT][beyond] = -fraction
