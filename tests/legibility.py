@@ -83,6 +83,8 @@ def faults(figure):
         *_covered(figure),
         *_unlabelled(figure, boxes),
         *_rounding(figure),
+        *_cut_points(figure),
+        *_flattened(figure),
     ]
 
 
@@ -175,3 +177,35 @@ def _unlabelled(figure, boxes):
                 yield f"the axis {label!r} has no unit"
             if re.search(r"[a-z]\.[a-z]|[\^*_]", re.sub(r"\$[^$]*\$", "", label)):
                 yield f"the axis {label!r} has a name of the program"
+
+
+def _cut_points(figure):
+    """Points of which the edge of their axes cuts a half away; axes that enlarge a part of a curve may."""
+    for axes in figure.axes:
+        for line in axes.lines:
+            if line.get_marker() == "None" or not (line.get_clip_on() and line.get_visible()):
+                continue
+            half = 0.5 * line.get_markersize() * figure.dpi / 72.0
+            points = line.get_transform().transform(np.asarray(line.get_xydata(), dtype=float))
+            box = axes.get_window_extent()
+            inside = np.minimum(points - [box.x0, box.y0], [box.x1, box.y1] - points)
+            nearest = inside[np.isfinite(inside).all(axis=1)].min(axis=1)
+            if nearest.size and -SLACK < nearest.min() < 0.3 * half:
+                yield f"the axes {axes.get_ylabel()!r} cut points of {line.get_label()!r}"
+
+
+def _flattened(figure):
+    """Curves that vary, but look like a straight line because another is far larger; sections to scale may."""
+    for axes in figure.axes:
+        if axes.get_aspect() != "auto":
+            continue
+        for line in axes.lines:
+            y = np.ma.masked_invalid(np.asarray(line.get_ydata(orig=False), dtype=float)).compressed()
+            if (
+                axes.get_yscale() == "linear"
+                and y.size > 2
+                and np.ptp(y) > 0.5 * np.max(np.abs(y)) > ROUNDING
+            ):
+                shown = line.get_transform().transform(np.column_stack([np.zeros(2), [y.min(), y.max()]]))
+                if np.ptp(shown[:, 1]) < 0.01 * axes.get_window_extent().height:
+                    yield f"the panel {axes.get_ylabel()!r} flattens {line.get_label()!r}"

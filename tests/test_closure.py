@@ -634,7 +634,7 @@ def test_memory_is_that_of_the_shape():
         for name in ("normal_force", "indentation", "elastic_energy", "dissipated_energy"):
             assert relative(two[name].values, one[name].values) < 1e-6
         assert not two.claims["contact_radius"].readable
-        proven = "still depends only on the depth is not proven" not in two.claims["normal_force"].reason
+        proven = "for contacts of any shape it is not proven" not in two.claims["normal_force"].reason
         assert proven == (path is not again)
 
 

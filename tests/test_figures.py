@@ -296,8 +296,8 @@ def test_faults_are_seen():
     axes.set_xlabel("body.young (Pa)")
     axes.text(0.5, 0.1, "one"), axes.text(0.5, 0.1, "another"), axes.text(0.9, 0.1, "too far to the right")
     noise = figure.add_axes((0.2, 0.2, 0.1, 0.1))
-    noise.plot([0.0, 1.0], [1e-15, 2e-15])
-    noise.set_ylabel("relative error")
+    noise.plot([0.0, 1.0], [1e-15, 2e-15], "o")
+    noise.set(ylabel="relative error", ylim=(1e-15, 3e-15))
     seen = "\n".join(faults(figure))
     for words in (
         "'too far to the right' leaves the canvas",
@@ -306,6 +306,7 @@ def test_faults_are_seen():
         "has the factor '1e7'",
         "the axis '' has no unit",
         "the panel 'relative error' shows rounding",
+        "the axes 'relative error' cut points",
         "'body.young (Pa)' has a name of the program",
     ):
         assert words in seen
@@ -319,6 +320,13 @@ def test_columns_that_hardly_differ_are_not_enlarged(size, spread, negative):
     figure = columns_study(data, {"force": "force"})
     low, high = sorted(figure.axes[0].get_ylim())
     assert low <= 0.0 <= high
+    assert not faults(figure)
+
+
+def test_columns_of_zeros_have_no_scale_and_whole_points():
+    data = xr.Dataset({"stick_radius": ("cycle", [0.0], {"units": "m"})}, coords={"cycle": [1]})
+    figure = columns_study(data, {"stick_radius": "stick radius"})
+    assert list(figure.axes[0].get_yticks()) == [0.0]
     assert not faults(figure)
 
 

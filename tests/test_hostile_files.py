@@ -531,7 +531,7 @@ def test_a_url_is_refused_where_only_files_are_written(url, tmp_path, monkeypatc
             lambda p: KeptParts(p, {}),  # the argument keep
             mdr.solve(ball, press).save,
         ):
-            with pytest.raises(FileError, match="a URL, which only the stores of fit_map may be"):
+            with pytest.raises(FileError, match="only fit_map reads a URL"):
                 write(place)
     case = tmp_path / "case.toml"
     case.write_text(template("ball"))

@@ -164,7 +164,7 @@ def test_many_contacts_are_each_like_one():
 def test_claims_state_the_error_of_the_springs():
     claim = mdr.Stepper(ball(), "10 um", springs=16).claims["tangential_force"]
     assert claim.level is mdr.Level.APPROXIMATE
-    assert "16 springs change it by up to" in claim.reason
+    assert "with 16 springs its error is up to" in claim.reason
 
 
 @pytest.mark.parametrize(

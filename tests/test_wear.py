@@ -469,7 +469,7 @@ def test_gross_slip_whose_middle_begins_to_stick_is_that_of_rings() -> None:
     worn = mdr.wear(flat, path, **request)
     stick = worn["stick_radius"].values
     assert stick[0] == 0.0 < stick[1] <= stick[2]
-    assert "from 300 cycles on with a middle that sticks" in worn.notes[-1]
+    assert "from 300 cycles on the centre sticks" in worn.notes[-1]
     assert np.allclose(worn["normal_force"], 0.038, rtol=1e-9)
     # measured 5e-4; 60 rings resolve the middle to 9e-3 only
     both = mdr.verify(flat, path, wear=request, elements=120)

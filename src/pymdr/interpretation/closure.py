@@ -48,12 +48,12 @@ _DISTINCT = 1e-9
 """Least distance between distinct rows, over the largest depth."""
 ASSUMED = "as exact as the force curve, for contacts of any shape between half-spaces with small slopes, without adhesion and tilt"
 _MEMORY = (
-    "for viscoelastic half-spaces whose contact grows (Lee and Radok 1960), or grows and then shrinks (Ting 1966); that the "
-    "contact depends only on the depth is proven for a growing contact"
+    "for viscoelastic half-spaces whose contact grows (Lee and Radok 1960), or grows and then shrinks (Ting 1966); only for a growing "
+    "contact is it proven that the contact depends on the depth alone"
 )
 _REGROWN = (
-    "the contact grows again after shrinking; that it then still depends only on the depth is not proven for contacts of any "
-    "shape"
+    "the contact grows again after shrinking; for contacts of any shape it is not proven that it then depends on the depth "
+    "alone"
 )
 _NOT_IN_IT = (
     "not determined by a force curve: contacts of different area and pressure have the same curve, and the contact length on "

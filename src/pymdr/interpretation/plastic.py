@@ -26,8 +26,8 @@ PLASTIC_QUANTITIES = (
     "travel",
 )
 _FALL = (
-    "within 1.2 times the indentation of first yield it falls by up to 9 % of itself, 0.7 % of the work, before it grows, because the line "
-    "changes at once"
+    "within 1.2 times the indentation of first yield it decreases by up to 9 % (0.7 % of the work) before it grows, because the line "
+    "changes abruptly"
 )
 NO_FIELDS = (
     "the model of a body that yields gives the force and the radius of its contact; its line is not that of the deformed body, so it "
@@ -42,9 +42,9 @@ def plastic_claims(
 ) -> dict[str, Claim]:
     """Claims of a ball that yields."""
     reason = (
-        "the model of an elastic, ideally plastic ball on a rigid flat, whose pressure at yield is fitted to finite elements; its error, "
-        "and the range of d/R and Y/E of the fit, are not known here: the manual of LAMMPS, which has the model for large deformation, "
-        "limits only 0 <= nu <= 0.5"
+        "the model of an elastic, ideally plastic ball on a rigid flat, whose pressure at yield is fitted to finite elements; its error "
+        "and the range of d/R and Y/E of the fit are not known; the manual of LAMMPS, which offers the model for large deformation, "
+        "requires only 0 <= nu <= 0.5"
     )
     if body.apparent_radius:
         reason += "; the growth of the apparent radius is averaged over ten rows, so the result depends on the number of rows; impacts take the limit of many"

@@ -60,7 +60,7 @@ def named_file(file: object, verb: str) -> FilePath:
         raise FileError(f"cannot {verb} {shown(file)}: give the name of a file as text or pathlib.Path")
     if _URL.match(name):
         raise FileError(
-            f"cannot {verb} {name}: a URL, which only the stores of fit_map may be, as text; give a file or folder of this "
+            f"cannot {verb} {name}: only fit_map reads a URL, of a store and as text; give a file or folder of this "
             "machine"
         )
     return FilePath(name)

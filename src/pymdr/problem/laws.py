@@ -101,7 +101,7 @@ class JKR(AdhesionLaw):
             )
         if self.work_receding is not None and self.range is not None:
             raise ProblemError(
-                "JKR: work_receding and range are two laws of hysteresis, one of any rate and one of the memory of the bodies; give one of them"
+                "JKR: work_receding (hysteresis at any rate) and range (hysteresis by the memory of the bodies) exclude each other; give one of them"
             )
 
     @property

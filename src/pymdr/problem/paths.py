@@ -372,7 +372,7 @@ class Path(Leg):
     relative_time: bool = field(
         default=False,
         metadata={
-            "description": "whether times count from the end of the preceding legs; those of a file do, unless this is false"
+            "description": "whether times count from the end of the preceding legs; true for a file unless given"
         },
     )
 

@@ -480,7 +480,7 @@ def glide_notes(glides: bool) -> tuple[str, ...]:
     if not glides:
         return ()
     return (
-        "a tangential force above mu F_N has no shift: the body glides and its further rows are NaN; prescribe the shift to follow it",
+        "a tangential force above mu F_N determines no shift: the body slides, and all later rows are NaN; prescribe the shift to follow the sliding",
     )
 
 

@@ -265,17 +265,17 @@ def _refuse_soft(contact: Contact, bare: Contact, stiffness: float, length: floa
     ranges = length / law.attraction_range
     if ranges <= _MOST_RANGES:
         return
-    beside = (
-        f"travels {written(length, 'm', 3)}, {ranges:.2g} times the range of the attraction (limit {_MOST_RANGES:.0e}), beside which numbers keep no "
-        "digit of the contact"
+    travels = (
+        f"travels {written(length, 'm', 3)}, {ranges:.2g} times the range of the attraction (limit {_MOST_RANGES:.0e}), so double precision "
+        "cannot resolve the contact"
     )
     if math.isinf(stiffness):
-        raise ProblemError(f"the test {beside}; press less deep, or give a longer range")
+        raise ProblemError(f"the test {travels}; press less deep, or give a longer range")
     # so soft a machine loads slowly
     slow = elastic_pull_off(replace(bare, adhesion=JKR(law.work)), machine_stiffness=0.0)
     least = _SPARE * max(force, -slow.largest_pull) / (_MOST_RANGES * law.attraction_range)
     raise ProblemError(
-        f"machine_stiffness = {written(stiffness, 'N/m', 3)}: the machine {beside}; give at least {written(least, 'N/m', 2)}, or "
+        f"machine_stiffness = {written(stiffness, 'N/m', 3)}: the machine {travels}; give a stiffness of at least {written(least, 'N/m', 2)}, or "
         "solve(contact, load(...)) with a rate for a dead load"
     )
 

@@ -34,7 +34,7 @@ from pymdr.solving.zones import short_springs
 from pymdr.units import FloatArray, metres, newtons
 
 WITHOUT_FIELDS = "the law of a small zone gives the contact radius and forces only; use MaugisDugdale(work, range=...) for fields"
-_IN_CONTACT = "elastic energy is that of the springs in contact; what those behind the edge still store counts as dissipated"
+_IN_CONTACT = "elastic_energy is that of the springs in contact; energy that springs behind the edge still store counts as dissipated"
 _PER_LENGTH = 1.5
 """Error over the length of the zone in contact radii, an upper bound of the differences from `MaugisDugdale` that were measured."""
 _PER_LOAD = 0.35
@@ -132,9 +132,9 @@ def _interpret(
         Level.APPROXIMATE,
         "the law of a cohesive zone that is short compared with the contact and moves steadily over its own length, on viscoelastic "
         "half-spaces that have relaxed where the contact grows. The stated error, relative to the largest force, is an upper bound of "
-        "the differences from MaugisDugdale with memory: 1.5 times the largest length of the zone so far over the contact radius, plus "
-        "0.35 times the load of springs yet to relax over that of the edge and 0.8 times its force on the whole contact over the largest, "
-        "both up to the end of an advance of the edge; 1 beside the separation, which the zone may delay",
+        "the differences from MaugisDugdale with memory: 1.5 times the largest ratio so far of the length of the zone to the contact "
+        "radius; until an advance of the edge ends, also 0.35 times the ratio of the unrelaxed load of the springs to the load of the edge, "
+        "and 0.8 times the ratio of the unrelaxed force to the largest force. The error is 1 near the separation, which the zone may delay",
         SOURCES["schapery"],
         everywhere,
     )
@@ -170,7 +170,7 @@ def _interpret(
     status = Status.ATTACHED if attached[-1] else Status.PULLED_OFF if attached.any() else Status.NOT_TOUCHED
     unrelaxed = Assumption(
         "relaxed body where the contact grows",
-        "load of springs yet to relax over that of the edge, in rows in which it advances",
+        "unrelaxed load of the springs over the load of the edge, in rows in which the edge advances",
         float(late[-1]),
         _RELAXED,
     )

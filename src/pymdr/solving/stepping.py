@@ -574,7 +574,7 @@ def claims_of_steps(
         return claims
     for name, missed in errors_of_springs(contact, deepest, springs, own).items():
         largest = "the largest contact radius" if name == "stick_radius" else "its largest value"
-        remark = f"; {springs} springs change it by up to {missed:.1e} of {largest} in motions that reach max_indentation"
+        remark = f"; with {springs} springs its error is up to {missed:.1e} of {largest} in motions that reach max_indentation"
         claims |= approximated({name: claims[name]}, remark, missed) if missed > 0.0 else {}
     return claims
 

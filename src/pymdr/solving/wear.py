@@ -394,7 +394,7 @@ def _notes(case: WearCase, history: History, blocks: int) -> tuple[str, ...]:
     control = "indentation" if case.request.normal_force is None else "load"
     stuck = [n for n, (mesh, _) in zip(history.cycles, history.states, strict=True) if mesh.stick > 0.0]
     if case.gross and stuck:
-        regime = f"gross slip, from {stuck[0]:g} cycles on with a middle that sticks,"
+        regime = f"gross slip (from {stuck[0]:g} cycles on the centre sticks)"
     return (f"{regime} at constant {control}; {blocks} blocks of cycles, {_cells(history)} cells",)
 
 

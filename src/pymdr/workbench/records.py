@@ -243,7 +243,7 @@ def _small_swings(
     others = f" and {several.size - 1} more contain" if several.size > 1 else " contains"
     return [
         f"cycle {several[0] + 1}{others} turns of {displacement} by less than {metres(threshold)}, whose dissipation it includes; "
-        f"if these are cycles and no noise, give a smaller least, such as {metres(0.5 * threshold)}"
+        f"if these are cycles and not noise, give a smaller least, such as {metres(0.5 * threshold)}"
     ]
 
 
@@ -341,7 +341,7 @@ def refuse_without_shift(data: xr.Dataset) -> None:
     if "tangential_force" in data and "shift" not in data:
         raise ProblemError(
             f"the record has a tangential force but no shift (it has {', '.join(map(str, data))}); name the column of the tangential "
-            "displacement shift, such as 'shift [um]': 'displacement' is the indentation"
+            "displacement 'shift', for example 'shift [um]'; 'displacement' means the indentation"
         )
 
 

@@ -47,6 +47,8 @@ def law_study(
         law, errors = figure.subplots(1, 2)
         _draw_law(law, knots, curve, pull_off)
         _draw_errors(errors, checks, tolerance, pull_off)
+        if law.get_xscale() == "log":  # below the first knots the law is a power
+            errors.set_xlim(law.get_xlim())
     return figure
 
 

@@ -68,8 +68,8 @@ def frictional_figures(data: draw.FigureData) -> dict[str, draw.Figure]:
         left, right = tractions.subplots(1, 2)
         _draw_tractions(left, data, rows)
         _draw_slip(right, data, rows)
-    with draw.new_figure(5.8, 3.8) as energies:
-        _draw_energies(energies.subplots(), data)
+    with draw.new_figure(9.6, 3.8) as energies:
+        _draw_energies(energies, data)
     return {"section": section(data), "loop": loop, "tractions": tractions, "energies": energies}
 
 
@@ -265,21 +265,20 @@ def _draw_slip(axes: draw.Axes, data: draw.FigureData, rows: list[int]) -> None:
     draw.legend_above(axes)
 
 
-def _draw_energies(axes: draw.Axes, data: draw.FigureData) -> None:
-    """Stored and dissipated energy over the history."""
-    names = (_names(data).stored, "dissipated_energy")
-    unit = good_unit(np.concatenate([data.data[name].values for name in names]), "J")
+def _draw_energies(figure: draw.Figure, data: draw.FigureData) -> None:
+    """Stored and dissipated energy over the history, which may differ by orders of magnitude."""
     x, x_label = draw.along_history(data)
-    for name, colour in zip(names, (draw.BLUE, draw.ORANGE), strict=True):
+    names = (_names(data).stored, "dissipated_energy")
+    for axes, name, colour in zip(figure.subplots(1, 2), names, (draw.BLUE, draw.ORANGE), strict=True):
+        unit = good_unit(data.data[name].values, "J")
         values = draw.scaled(data.data[name].values, name, unit)
         kept = draw.thinned(values)
-        label = QUANTITIES[name].label
         if _is_thinned(data):
-            axes.plot(x[kept], values[kept], ".", color=colour, ms=3, label=f"{label}, kept rows")
-            continue
-        few = "o" if x.size <= draw.MARKED_ROWS else None
-        axes.plot(x[kept], values[kept], color=colour, lw=1.5, marker=few, ms=2.5, label=label)
-    draw.draw_zero(axes)
-    draw.label_history(axes, x_label)
-    axes.set_ylabel(f"energy ({unit})")
-    draw.legend_above(axes)
+            axes.plot(x[kept], values[kept], ".", color=colour, ms=3, label="kept rows")
+            draw.legend_above(axes)
+        else:
+            few = "o" if x.size <= draw.MARKED_ROWS else None
+            axes.plot(x[kept], values[kept], color=colour, lw=1.5, marker=few, ms=2.5)
+        draw.draw_zero(axes)
+        draw.label_history(axes, x_label)
+        axes.set_ylabel(draw.axis_label(name, unit))

@@ -191,7 +191,7 @@ def film_study(data: xr.Dataset) -> draw.Figure:
 
 def pop_in_study(records: Sequence[tuple[FloatArray, FloatArray]], data: xr.Dataset) -> draw.Figure:
     """
-    Loading curves with their first pop-ins, and the loads in order.
+    Loading curves with their first pop-ins, and of several indents the loads in order.
 
     Parameters
     ----------
@@ -204,8 +204,8 @@ def pop_in_study(records: Sequence[tuple[FloatArray, FloatArray]], data: xr.Data
     shown_depths = [depth[rows] for (depth, _), rows in zip(records, loads, strict=True)]
     depth_unit = good_unit(np.concatenate(shown_depths), "m")
     unit = good_unit(np.concatenate([force for _, force in records]), "N")
-    with draw.new_figure(9.2, 3.8) as figure:
-        left, right = figure.subplots(1, 2)
+    with draw.new_figure(9.2 if data.sizes["indent"] > 1 else 5.0, 3.8) as figure:
+        left, *others = np.ravel(figure.subplots(1, 1 + (data.sizes["indent"] > 1)))
         for i, ((depth, force), rows) in enumerate(zip(records, loads, strict=True)):
             x, y = from_si(depth[rows], "m", depth_unit), from_si(force[rows], "N", unit)
             left.plot(x, y, color=draw.GREY, lw=0.8, label="" if i else "loading")
@@ -214,18 +214,24 @@ def pop_in_study(records: Sequence[tuple[FloatArray, FloatArray]], data: xr.Data
         y = from_si(drawn["pop_in_force"].values, "N", unit)
         left.plot(x, y, "o", color=draw.ORANGE, ms=4, label="first pop-in")
         left.set(xlabel=f"depth $h$ ({depth_unit})", ylabel=f"normal force $F$ ({unit})")
-        force = np.sort(data["pop_in_force"].values)
-        force = np.asarray(from_si(force[np.isfinite(force)], "N", unit))
-        fraction = np.arange(force.size + bool(force.size)) / max(force.size, 1)
-        right.step(np.append(force, force[-1:]), fraction, color=draw.BLUE, where="post", label="indents")
-        if "strength_force" in data:
-            strength = float(from_si(float(data["strength_force"]), "N", unit))
-            right.axvline(strength, color=draw.ORANGE, ls="--", label="shear strength reached")
-        right.set(xlabel=f"force of the first pop-in ({unit})", ylabel="fraction of the indents")
-        right.set_ylim(0.0, 1.02)
-        for axes in (left, right):
+        for right in others:
+            _draw_loads(right, data, unit)
+        for axes in (left, *others):
             draw.legend_above(axes)
     return figure
+
+
+def _draw_loads(axes: draw.Axes, data: xr.Dataset, unit: str) -> None:
+    """The fraction of the indents with a pop-in below each force."""
+    force = np.sort(data["pop_in_force"].values)
+    force = np.asarray(from_si(force[np.isfinite(force)], "N", unit))
+    fraction = np.arange(force.size + bool(force.size)) / max(force.size, 1)
+    axes.step(np.append(force, force[-1:]), fraction, color=draw.BLUE, where="post", label="indents")
+    if "strength_force" in data:
+        strength = float(from_si(float(data["strength_force"]), "N", unit))
+        axes.axvline(strength, color=draw.ORANGE, ls="--", label="shear strength reached")
+    axes.set(xlabel=f"force of the first pop-in ({unit})", ylabel="fraction of the indents")
+    axes.set_ylim(0.0, 1.02)
 
 
 def _indents_on(axes: draw.Axes, data: xr.Dataset) -> None:

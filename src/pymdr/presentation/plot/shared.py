@@ -133,6 +133,7 @@ def new_figure(width: float, height: float, *, letters: bool = True) -> Iterator
         FigureCanvasAgg(figure)  # remembers what it measured of formulas
         yield figure
         _write_short_decades(figure)
+        _show_whole_points(figure)
         if letters:
             letter_panels(figure)
 
@@ -152,6 +153,19 @@ def _write_short_decades(figure: Figure) -> None:
             )
             axis.set_major_formatter(StrMethodFormatter("{x:g}"))
             axis.set_minor_formatter(NullFormatter())
+
+
+def _show_whole_points(figure: Figure) -> None:
+    """Points on the edge of their panel, such as those at 0, are drawn whole unless the panel enlarges a part of their curve."""
+    for axes in figure.axes:
+        box = axes.get_window_extent()
+        for line in axes.lines:
+            if line.get_marker() == "None":
+                continue
+            points = line.get_transform().transform(line.get_xydata())
+            known = points[np.isfinite(points).all(axis=1)]
+            if known.size and np.all((known >= box.min - 0.5) & (known <= box.max + 0.5)):
+                line.set_clip_on(False)
 
 
 def thinned(values: FloatArray, most: int = MOST) -> IntArray:
@@ -411,10 +425,14 @@ def begin_at_zero(axes: Axes) -> None:
 
 
 def limit_rounding(axes: Axes, values: FloatArray) -> None:
-    """Start at 0 if values hardly differ, so that their rounding is not enlarged."""
+    """Start at 0 if values hardly differ, so that their rounding is not enlarged; values that are all 0 have a tick there alone."""
     known = values[np.isfinite(values)]
-    if known.size and np.ptp(known) <= _ROUNDING * np.max(np.abs(known)):
-        axes.set_ylim(*sorted((0.0, 1.2 * float(known[0]) or 1.0)))
+    if not known.size or np.ptp(known) > _ROUNDING * np.max(np.abs(known)):
+        return
+    if known.any():
+        axes.set_ylim(*sorted((0.0, 1.2 * float(known[0]))))
+    else:
+        axes.set(ylim=(-1.0, 1.0), yticks=[0.0])
 
 
 def show_text(axes: Axes, text: str) -> None:

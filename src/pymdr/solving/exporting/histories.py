@@ -123,8 +123,8 @@ def _relaxing(contact: Contact, deepest: float, springs: int, tangential: bool) 
         missed = errors_of_parts(own, deepest, PARTS)
         for name in (*_SHEARED, "dissipated_energy"):
             remark = (
-                f"; {PARTS} parts of a step, the first divided from the shortest relaxation time, change it by up to {missed[name]:.1e} of its largest "
-                "value in random motions; other motions may change it by more"
+                f"; a step has {PARTS} parts, the first of them divided further down to the shortest relaxation time; in random motions the error "
+                f"of these parts is at most {missed[name]:.1e} of the largest value, in other motions it may be larger"
             )
             claims |= approximated({name: claims[name]}, remark, missed[name])
     # E* = 2 G/(1 - nu) = E/(1 - nu^2)
@@ -133,7 +133,7 @@ def _relaxing(contact: Contact, deepest: float, springs: int, tangential: bool) 
         at_once,
         history,
         {name: claims[name] for name in names if name in claims},
-        f"the table is a sudden indentation of bodies at rest, of the modulus E* = {glassy:.6g} Pa that has not relaxed; the header "
+        f"the table is for a sudden indentation of bodies at rest (unrelaxed modulus E* = {glassy:.6g} Pa); the header "
         f"follows {rows.position.size} springs with memory",
     )
 

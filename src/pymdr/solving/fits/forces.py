@@ -359,9 +359,7 @@ def _adhesive(contact: Contact, deepest: float, compliance: float) -> AdhesiveFo
             > _SAME * np.ptp(states_from_fold.indentation)
         )
     ):
-        raise ProblemError(
-            "the adhesive contact has several stable branches; fits follow contacts that have one"
-        )
+        raise ProblemError("the adhesive contact has several stable branches; fits are for contacts with one")
     if np.count_nonzero(rises) < _LEAST:
         raise ProblemError(
             f"the profile ends before adhesion with {written(line.law.work, 'J/m^2', 4)} keeps a contact; extend the profile"

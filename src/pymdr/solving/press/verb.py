@@ -219,7 +219,7 @@ def _modulus(body: Material, counterbody: Material | None) -> float:
         if isinstance(one, Graded | Viscoelastic):
             raise ProblemError(
                 f"a {type(one).__name__} body: engines solve homogeneous elastic half-spaces; use Elastic or "
-                "TransverselyIsotropic (for a viscoelastic body, then its force_curve())"
+                "TransverselyIsotropic (for a viscoelastic body press an elastic one, and give its force_curve() as the profile)"
             )
     return float(effective_moduli(body, other).normal)
 
