@@ -74,6 +74,14 @@ def test_a_jump_in_correlated_noise_is_at_one_sample(lasting, seed):
     compare("DMT", record("DMT", 400, seed, lasting=lasting), ["body.young", "adhesion.work"])
 
 
+@pytest.mark.parametrize(
+    ("samples", "seed", "machine", "lasting"), [(400, 1, 0.02, 0.5), (400, 3, 0.02, 0.95), (1000, 1, None, 0.5)]
+)
+def test_searches_next_to_the_loss_of_contact_end(samples, seed, machine, lasting):
+    """The force bends there, so that steps of least squares are too long and swing to either side of the end."""
+    compare("JKR", record("JKR", samples, seed, machine, lasting=lasting), ["body.young", "adhesion.work"])
+
+
 @pytest.mark.parametrize("law", ["JKR", "DMT"])
 def test_the_compiled_search_of_many_curves_ends_where_that_of_few_does(law):
     free = ["body.young", "adhesion.work"]

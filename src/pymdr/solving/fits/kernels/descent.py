@@ -28,6 +28,8 @@ from pymdr.units import FloatArray
 ITERATIONS, ROUGHLY = 60, 1e-3
 """Largest number of steps, and a gain relative to the sum of squares."""
 _STUCK, _FREE, _SINGULAR = 1e8, 1e-3, 1e-13
+_DOUBTED, _TRUSTED = 0.25, 0.75
+"""Ratios of gained to expected decreases below and above which the damping grows and falls."""
 _FARTHEST_STEP = 3.0
 """Largest step of the logarithm of the scale."""
 
@@ -133,19 +135,21 @@ def descend(
             if moved[SHAPE] != theta[SHAPE]:
                 member = member_at(family, moved[SHAPE])
         trial, other, trial_misfit = compared(record, moved, member, used)
-        if not trial_misfit <= misfit:
-            damping *= 8.0
-            if damping > _STUCK:
-                settled = True
-                break
-            continue
-        gained = misfit - trial_misfit
-        theta, model, left, misfit = moved, trial, other, trial_misfit
-        square, side = normal_equations(record.place, model, left, used, directions)
-        damping = max(0.1 * damping, 1e-12)
+        gained, least = misfit - trial_misfit, enough * misfit
         # an expected small gain means convergence
-        if gained <= enough * misfit or (damping < _FREE and abs(gained - expected) <= enough * misfit):
-            settled = True
+        settled = abs(gained) <= least and expected <= least
+        if not gained >= 0.0:
+            damping *= 8.0
+            settled |= damping > _STUCK
+        else:
+            theta, model, left, misfit = moved, trial, other, trial_misfit
+            square, side = normal_equations(record.place, model, left, used, directions)
+            settled |= damping < _FREE and abs(gained - expected) <= least
+            if gained > _TRUSTED * expected:
+                damping = max(0.1 * damping, 1e-12)
+            elif gained < _DOUBTED * expected:
+                damping *= 4.0
+        if settled:
             break
     return End(theta, misfit, settled, square, model, left)
 
