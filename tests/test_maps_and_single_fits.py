@@ -75,7 +75,8 @@ def test_a_jump_in_correlated_noise_is_at_one_sample(lasting, seed):
 
 
 @pytest.mark.parametrize(
-    ("samples", "seed", "machine", "lasting"), [(400, 1, 0.02, 0.5), (400, 3, 0.02, 0.95), (1000, 1, None, 0.5)]
+    ("samples", "seed", "machine", "lasting"),
+    [(400, 1, 0.02, 0.5), (400, 3, 0.02, 0.95), (1000, 1, None, 0.5)],
 )
 def test_searches_next_to_the_loss_of_contact_end(samples, seed, machine, lasting):
     """The force bends there, so that steps of least squares are too long and swing to either side of the end."""
