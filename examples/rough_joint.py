@@ -18,7 +18,7 @@ except NameError:  # run by a documentation builder
     here = Path.cwd()
 
 # %%
-# The curve was measured between two like bodies with E* = 1 GPa. The fitted line of springs has a rising stiffness.
+# The curve was measured between two equal bodies with E* = 1 GPa. The fitted line of springs has a rising stiffness.
 curve = mdr.read_force_curve(here / "data" / "rough_curve.csv", modulus="1 GPa")
 body = mdr.Elastic("2 GPa", 0.0)
 joint = mdr.Contact(curve, body, body, friction=mdr.Coulomb(0.4))

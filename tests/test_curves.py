@@ -339,7 +339,7 @@ NOISE = 1e-11 * np.random.default_rng(5).normal(size=400)
         (lambda: of(NOISE, np.full(400, 1e-6)), "position is constant"),
         (lambda: of(NOISE[:15], X[:15]), "15 samples"),
         (lambda: of(NOISE, X, segment="hold"), "hold has neither"),
-        (lambda: of(np.clip(X, 0, None), X, segment="retreat"), "of a retreat is not defined"),
+        (lambda: of(np.clip(X, 0, None), X, segment="retreat"), "of a retraction is not defined"),
     ],
 )
 def test_what_has_no_contact_is_refused(curve, words):

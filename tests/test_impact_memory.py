@@ -621,7 +621,7 @@ def test_shown(tmp_path):
     text = hit.summary()
     assert "coefficient of restitution" in text
     assert "dissipated energy" in text
-    assert "one approach and one retreat" in text
+    assert "one approach and one retraction" in text
     assert [event.name for event in hit.events] == ["touch", "turning point", "separation"]
     assert hit.events[1].indentation == pytest.approx(float(hit["indentation"].max()), rel=1e-12)
     assert hit.events[-1].indentation > 0.0  # the surface has not come back yet

@@ -91,7 +91,7 @@ def test_histories_in_c_are_those_of_the_stepper(case, tmp_path):
             assert (
                 np.abs(rows[0] - exact)[:, column].max() < (float(claim.error.max()) + 1e-12) * size[column]
             )
-            assert f"{PARTS} parts of a step" in claim.reason
+            assert f"a step has {PARTS} parts" in claim.reason
 
 
 def test_the_error_of_equal_parts_holds_in_long_slides():

@@ -262,7 +262,7 @@ class TestControls:
         on, off = results
         assert "exactly along it" in on.notes[-1]
         assert on.status is off.status is mdr.Status.GLIDING
-        assert all(any("above mu F_N has no shift" in note for note in one.notes) for one in results)
+        assert all(any("above mu F_N determines no shift" in note for note in one.notes) for one in results)
         for name in set(on.data) & set(off.data):
             assert np.array_equal(on.claims[name].where, off.claims[name].where)
             size = np.nanmax(np.abs(on[name]), initial=0.0)

@@ -500,7 +500,7 @@ def test_damaged_and_other_files_of_nanoscope_are_refused(tmp_path):
             ProblemError,
         ),
         (b"\\*File list\r\n" + whole, "holds images, not force curves", ProblemError),
-        (b"damaged" + whole, "not a file of Bruker NanoScope, which its suffix", FileError),
+        (b"damaged" + whole, "not a file of Bruker NanoScope, as its suffix suggests", FileError),
     ):
         (tmp_path / "b.spm").write_bytes(content)
         with pytest.raises(error, match=words):

@@ -289,7 +289,7 @@ def interpreted(task: Task, line: Line, relaxation: Relaxation, walked: Walked[M
         errors |= dict.fromkeys(("normal_force", "contact_radius"), np.zeros(force.size))
         kernel |= _sized(relaxation, exact, "normal_force")
         notes.append(
-            "one approach and one retreat: force and contact radius are Ting's (1966), without springs"
+            "one approach and one retraction: force and contact radius are Ting's (1966), without springs"
         )
     if grown is not None:
         pressed = depth > 0.0

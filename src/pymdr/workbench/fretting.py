@@ -168,7 +168,9 @@ def fretting_log(
     columns["regime"] = _regimes(ratio, limit)
     attrs = {"limit": limit}
     if cycles is not None and worn_volume is None:
-        raise ProblemError("cycles says how many cycles caused a worn volume; give worn_volume too")
+        raise ProblemError(
+            "cycles is the number of cycles that caused worn_volume; give worn_volume too, or leave cycles out"
+        )
     if worn_volume is not None:
         attrs["wear_coefficient"] = _rate(worn_volume, columns["dissipated_per_cycle"], cycles)
     number = measured["cycle"].values

@@ -85,7 +85,7 @@ def ting(curve: Curve, relaxation: Relaxation, time: ArrayLike, depth: ArrayLike
         )
     if (moves[:top] < 0.0).any() or (moves[top:] > 0.0).any():
         raise PathError(
-            "the indentation turns more than once: this form covers one approach and one retreat only; use springs"
+            "the indentation turns more than once: this form covers one approach and one retraction only; use springs"
         )
     if relaxation.viscosity > 0.0 and ((waits == 0.0) & (moves != 0.0) & (d[1:] > 0.0)).any():
         raise PathError(

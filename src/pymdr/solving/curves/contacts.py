@@ -150,7 +150,7 @@ def contact_point_of(curve: MeasuredSamples, baseline: Baseline | QuantityLike |
     """
     if curve.segment == "retreat":
         raise ProblemError(
-            "the contact point of a retreat is not defined, because the bodies may stick; give that of the approach, or a position"
+            "the contact point of a retraction is not defined, because the bodies may stick; give that of the approach, or a position"
         )
     line = given_baseline(curve, baseline)
     branch = branch_of(curve)

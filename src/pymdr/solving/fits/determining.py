@@ -122,7 +122,7 @@ def _loose_text(search: Search, free: FloatArray, i: int) -> str:
     unknown = search.unknowns[i]
     return (
         f"the record hardly determines {unknown.name}: the best fit has {_value_text(unknown, float(values[i]))}, but its 95 % interval spans more than a "
-        f"factor of 4; leave it out of free, or add retreats at other speeds"
+        f"factor of 4; leave it out of free, or add retractions at other speeds"
     )
 
 
@@ -158,7 +158,7 @@ def _combination_text(search: Search, free: FloatArray, direction: FloatArray) -
                 u, v = search.unknowns[i], search.unknowns[last]
                 products.append(f"{u.name} x {v.name}^{power:g} = {value:.4g} (in {u.unit} and {v.unit})")
         text += f": it determines {', and '.join(products)}"
-    more = ", or add retreats at other speeds" if _adheres_by_rate(search) else ""
+    more = ", or add retractions at other speeds" if _adheres_by_rate(search) else ""
     return f"{text}; fix one of them{more}"
 
 

@@ -209,7 +209,7 @@ def _claims(
     curve = is_curve(target.contact)
     shaped = f"{ASSUMED}; viscoelastic and" if curve else "exact for viscoelastic half-spaces on a disk,"
     reason = (
-        f"{shaped} frictionless: the force is compressive, so there is one approach and one retreat, in which no spring is "
+        f"{shaped} frictionless: the force is compressive, so there is one approach and one retraction, in which no spring is "
         f"touched again and the load of the line decreases outward{remark}; {QUASI_STATIC}"
     )
     source = f"{SOURCES['lee-radok']}; {SOURCES['ting']}"

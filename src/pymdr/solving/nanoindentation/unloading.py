@@ -224,8 +224,8 @@ def _power(rows: Unloading, stretch: slice, prior: float = 0.5) -> Shape:
     if not _is_decreasing(z, force):
         if _is_decreasing(z + rows.frame * (force[0] - force), force):
             raise ProblemError(
-                f"the frame compliance {1e6 * rows.frame:.4g} nm/mN is too large: the measured depth falls in the unloading, but "
-                "the depth less the deflection of the frame does not; give a smaller frame_compliance, or leave it out if the instrument has "
+                f"the frame compliance {1e6 * rows.frame:.4g} nm/mN is too large: the measured depth decreases in the unloading, but "
+                "not after subtraction of the deflection of the frame; give a smaller frame_compliance, or leave it out if the instrument has "
                 "subtracted it"
             )
         raise ProblemError(

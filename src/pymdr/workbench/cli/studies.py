@@ -163,7 +163,10 @@ def pull_off(
         str | None, typer.Option(help="With memory: speed of approach, such as '10 um/s'.")
     ] = None,
     machine_stiffness: Annotated[
-        str | None, typer.Option(help="Such as '5 N/m'; by default of [solve], or infinite; 0: dead load.")
+        str | None,
+        typer.Option(
+            help="Machine stiffness, such as '5 N/m'; by default that of [solve], or infinite; 0 is a dead load."
+        ),
     ] = None,
     edge: Annotated[
         bool, typer.Option("--edge", help="With memory: work of the edge over its speed instead.")

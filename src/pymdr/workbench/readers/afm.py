@@ -110,7 +110,7 @@ def _refuse_cut_ramp(source: Path, lines: Sequence[str]) -> None:
     missing = f"{count} further row{'s' if count > 1 else ''}" if count else "further rows"
     raise CaseError(
         f"{source}: exported by NT-MDT Nova. Its heights end at {height[-1]:.6g} nm in steps of {step:.4g} nm, but its ramps end at 0 nm. The file is cut off "
-        f"({missing} missing): copy it again from the instrument. If the record is complete, write approach and retreat as a table with units in its header"
+        f"({missing} missing): copy it again from the instrument. If the record is complete, write approach and retraction as a table with units in its header"
     )
 
 

@@ -159,7 +159,7 @@ def _unknown(source: Path) -> FileError:
     makers = [one.name for one in BUILT_IN if source.suffix.lower() in one.suffixes]
     if makers:
         return FileError(
-            f"cannot read {source}: not a file of {makers[0]}, which its suffix stands for, or its beginning is damaged; copy it again from the instrument"
+            f"cannot read {source}: not a file of {makers[0]}, as its suffix suggests, or its beginning is damaged; copy it again from the instrument"
         )
     known = ", ".join(suffixes())
     return FileError(
