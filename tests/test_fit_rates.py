@@ -7,12 +7,27 @@ from scipy.optimize import brentq
 import pymdr as mdr
 from pymdr.problem.parameters import parameters_of, with_parameters
 from pymdr.solving.equilibria import AdhesiveLine
-from pymdr.solving.fits.families import axes_of, effects_of, family_of
+from pymdr.solving.fits.families import Ladder, axes_of, effects_of, family_of
 from pymdr.solving.fits.forces import forces_of
-from pymdr.solving.fits.kernels import AS_IT_IS, NUMBERS, SCALE, SHAPE, Batch, compiled
+from pymdr.solving.fits.kernels import (
+    AS_IT_IS,
+    NUMBERS,
+    SCALE,
+    SHAPE,
+    Batch,
+    compiled,
+    member_at,
+    on_machine,
+    read,
+)
+from pymdr.solving.fits.kernels.model import roots_at
 from pymdr.solving.fits.quick import table_of
 from pymdr.solving.fits.unknowns import unknowns_of
 
+_WAVY_RADII = np.linspace(0.0, 5e-6, 60)
+WAVY = mdr.Sampled(_WAVY_RADII, _WAVY_RADII**2 / 1e-5 + 2e-8 * np.sin(_WAVY_RADII / 4e-7) ** 2)
+"""On this machine its contact jumps from wave to wave before it is lost."""
+SPRING = 0.05
 WORK, MODULUS, RADIUS = 8e-3, 1e7, 1e-6
 BODIES = mdr.Elastic(MODULUS, 0.3), mdr.Elastic(3.0 * MODULUS, 0.4)
 
@@ -115,3 +130,59 @@ def test_rates_of_samples_beyond_the_loss_of_contact(engine, softness):
             for ahead in (step, -step)
         )
         np.testing.assert_allclose(row[[0, -1]], (high - low) / 2e-4, rtol=1e-5)
+
+
+def wavy(law):
+    return mdr.Contact(WAVY, mdr.Elastic("3 kPa", 0.5), adhesion=law)
+
+
+def pulled(contact, travel):
+    """Forces in N in retreat, followed by ``solve``."""
+    path = mdr.Path(travel=np.append(0.0, travel))
+    return mdr.solve(contact, path, machine_stiffness=SPRING)["normal_force"].values[1:]
+
+
+@pytest.mark.parametrize("law", [mdr.JKR(1e-3), mdr.MaugisDugdale(1e-3, range="200 nm")])
+def test_a_contact_that_jumps_before_its_loss(law):
+    contact, travel = wavy(law), np.linspace(0.0, -1.4e-6, 701)
+    force = pulled(contact, travel)
+    inside = force != 0.0
+    forces = forces_of(contact, 3e-6, 1.0 / SPRING, None)
+    assert forces.deeper is not None
+    assert travel[inside].min() > forces.fold > travel[inside].min() - 2e-9
+    np.testing.assert_allclose(forces.at(travel)[0][inside], force[inside], atol=1e-5 * np.ptp(force), rtol=0)
+    # of either branch, away from its fold
+    depth = np.array([0.5 * (forces.fold + forces.deeper.fold), forces.deeper.fold + 1e-8, 0.0])
+    effects = effects_of(contact, forces, depth)
+    for name in ("body.young", "adhesion.work"):
+        value = 3e3 if name == "body.young" else 1e-3
+        high, low = (
+            pulled(with_parameters(contact, {name: value * np.exp(step)}), depth[::-1])[::-1]
+            for step in (1e-4, -1e-4)
+        )
+        np.testing.assert_allclose(
+            effects[name], (high - low) / 2e-4, rtol=2e-4, atol=1e-4 * np.ptp(force), err_msg=name
+        )
+
+
+def test_maps_follow_a_contact_that_jumps_before_its_loss():
+    contact, travel = wavy(mdr.JKR(1e-3)), np.linspace(0.0, -1.35e-6, 1351)
+    axes = axes_of(contact, unknowns_of(contact, ["adhesion.work"]))
+    number = axes.number.to_free(1e-3)
+    family = family_of(contact, axes, 2e-6, None, Ladder(number - 4e-4, number + 4e-4, 9))
+    member = member_at(table_of(family), number)
+    machine = on_machine(member, 1.0 / SPRING)
+    force = read(member.force, member.slope, roots_at(member, machine, 1.0 / SPRING, travel))[0]
+    np.testing.assert_allclose(force, pulled(contact, travel), atol=1e-5 * np.ptp(force), rtol=0)
+
+
+def test_fits_of_a_contact_that_jumps_before_its_loss():
+    truth = np.append(np.linspace(-1e-6, 1e-6, 200), np.linspace(1e-6, -2e-6, 600))
+    path = mdr.Path(travel=truth)
+    force = mdr.solve(wavy(mdr.JKR(1e-3)), path, machine_stiffness=SPRING)["normal_force"].values
+    force = force + 1e-3 * np.ptp(force) * np.random.default_rng(5).normal(size=force.size)
+    curve = mdr.MeasuredCurve(force=force, travel=truth + 1e-7, spring_constant=SPRING)
+    result = mdr.fit(wavy(mdr.JKR(5e-4)), curve, ["body.young", "adhesion.work"])
+    for name, value in (("body.young", 3e3), ("adhesion.work", 1e-3), ("contact_point", 1e-7)):
+        assert abs(result[name].value - value) < 3.0 * result[name].error, name
+    assert max(result[name].error / result[name].value for name in ("body.young", "adhesion.work")) < 1.5e-3

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import pairwise
 from typing import Protocol, TypeAlias
@@ -71,6 +71,8 @@ class AdhesiveForces:
     """Index of the first contact, where the curvature is infinite, after cohesion at a distance; 0 without."""
     compliance: float = 0.0
     """Compliance in m/N of the machine whose travels are the depths; 0 for depths."""
+    deeper: AdhesiveForces | None = None
+    """The branch from its own fold on, at which the contact jumps to this one in retreat; None if the contact is lost there."""
 
     @property
     def fold(self) -> float:
@@ -145,11 +147,21 @@ class AdhesiveForces:
         ):
             moved = -2.0 * start / start_rise if start_rise != 0.0 else 0.0
             effects.append(np.where(before, slope + bend * moved, half / root))
+        if self.deeper is not None:
+            effects = self._or_deeper(depth, effects, self.deeper.effects(depth))
         return effects[0], effects[1], effects[2]
+
+    def _or_deeper(
+        self, depth: FloatArray, own: Sequence[FloatArray], beyond: Sequence[FloatArray]
+    ) -> list[FloatArray]:
+        """Values of this branch before the fold of the deeper one, and of that from there on."""
+        assert self.deeper is not None
+        return [np.where(depth < self.deeper.fold, *pair) for pair in zip(own, beyond, strict=True)]
 
     def radius(self, depth: FloatArray) -> FloatArray:
         """Contact radius in m at depths in m."""
-        return np.interp(depth, self.depth, self.contact_radius)
+        own = np.interp(depth, self.depth, self.contact_radius)
+        return own if self.deeper is None else self._or_deeper(depth, [own], [self.deeper.radius(depth)])[0]
 
     def over_root(self, r: FloatArray, span: float) -> tuple[FloatArray, FloatArray]:
         """Force in N and its slope over r at the distances span r^2 from the fold, in m."""
@@ -163,46 +175,73 @@ class AdhesiveForces:
         force, slope = self._at_roots(root)
         least = np.array(1e-3 * math.sqrt(self.end - self.fold))
         rate = np.where(root > least, slope, self._at_roots(least)[1]) / (2.0 * np.maximum(root, least))
-        return force + rate * np.maximum(depth - self.end, 0.0), rate
+        values = [force + rate * np.maximum(depth - self.end, 0.0), rate]
+        if self.deeper is not None:
+            values = self._or_deeper(depth, values, self.deeper.at(depth))
+        return values[0], values[1]
 
     def on_machine(self, compliance: float) -> AdhesiveForces:
-        """The forces over the travel of a machine, from the loss of contact on, with its compliance in m/N."""
+        """The forces in retreat over the travel of a machine, to the loss of contact, with its compliance in m/N."""
         from scipy.optimize import brentq
 
-        deepest = math.sqrt(self.end - self.fold)
+        knots = self._knots
 
-        def rate(root: FloatArray) -> FloatArray:
-            return 2.0 * root + compliance * self._at_roots(root)[1]
+        def rate(root: float) -> float:
+            return 2.0 * root + compliance * float(self._at_roots(np.array(root))[1])
 
-        root = np.linspace(0.0, deepest, _NODES)
-        low = int(np.argmin(root**2 + compliance * self._at_roots(root)[0]))
-        turning = 0.0
-        if low > 0:  # where the travel is least
-            ends = root[[low - 1, min(low + 1, _NODES - 1)]]
-            rates = rate(ends)
-            turning = float(root[low])
-            if rates[0] < 0.0 < rates[1]:
-                turning = float(brentq(lambda x: float(rate(np.array([x]))[0]), *ends))
-        root, touch = np.linspace(turning, deepest, _NODES), self._knots[self.touch]
-        if self._splits and turning < touch:
-            half = np.linspace(0.0, 1.0, _NODES // 2)
-            root = np.append(turning + (touch - turning) * half[:-1], touch + (deepest - touch) * half**2)
-        force = self._at_roots(root)[0]
-        depth = self.fold + root**2
-        travels = depth + compliance * force
-        rises = np.append(True, np.diff(np.maximum.accumulate(travels)) > 0.0)
-        if np.count_nonzero(rises) < _LEAST:
+        def travel(root: float) -> float:
+            return self.fold + root**2 + compliance * float(self._at_roots(np.array(root))[0])
+
+        # the rate is a parabola between knots: it crosses 0 at most once between these places
+        cubic, square = self._cubics[:2]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            vertex = -(1.0 + compliance * square) / (3.0 * compliance * cubic)
+        inside = (vertex > 0.0) & (vertex < np.diff(knots))
+        scan = np.sort(np.append(knots, (knots[:-1] + vertex)[inside]))
+        rises = 2.0 * scan + compliance * self._at_roots(scan)[1] >= 0.0
+        turns = np.flatnonzero(rises[:-1] != rises[1:])
+        roots = [float(brentq(rate, *scan[[i, i + 1]])) for i in turns]
+        folds = [0.0] if rises[0] else []
+        folds += [root for root, i in zip(roots, turns, strict=True) if rises[i + 1]]
+        tops = [root for root, i in zip(roots, turns, strict=True) if rises[i]]
+        if not rises[-1] or folds[-1] > knots[-_LEAST]:
             raise ProblemError(
                 f"the search reached an adhesive contact that is unstable at every depth of the record on the machine of "
                 f"{written(1.0 / compliance, 'N/m', 4)}; check spring_constant and the units of the record, or start nearer to its modulus and work"
             )
+        branch = self._branch_on_machine(folds[-1], float(knots[-1]), compliance)
+        for fold in reversed(folds[:-1]):
+            if travel(fold) < branch.fold:
+                # it goes on up to the travel at which the contact jumps to it
+                top = min(root for root in tops if root > fold)
+                end = float(brentq(lambda root, fold=branch.fold: travel(root) - fold, fold, top))
+                branch = replace(self._branch_on_machine(fold, end, compliance), deeper=branch)
+        return branch
+
+    def _branch_on_machine(self, first: float, last: float, compliance: float) -> AdhesiveForces:
+        """The forces over travels between two roots of the distance from the fold, between which the travel rises."""
+        root, touch = np.linspace(first, last, _NODES), self._knots[self.touch]
+        splits = self._splits and first < touch < last
+        if splits:
+            half = np.linspace(0.0, 1.0, _NODES // 2)
+            root = np.append(first + (touch - first) * half[:-1], touch + (last - touch) * half**2)
+        force = self._at_roots(root)[0]
         radius, cohesive_radius = (
-            np.maximum(self._at_roots(root[rises], self._spline(own))[0], 0.0)
+            np.maximum(self._at_roots(root, self._spline(own))[0], 0.0)
             for own in (self.contact_radius, self.cohesive_radius)
         )
-        first = int(np.searchsorted(root[rises], touch)) if self._splits and turning < touch else 0
+        travels = self.fold + root**2 + compliance * force
+        # next to the fold they rise by less than they are rounded
+        rises = np.append(True, np.diff(np.maximum.accumulate(travels)) > 0.0)
         return AdhesiveForces(
-            travels[rises], force[rises], radius, cohesive_radius, self.line, self.stress, first, compliance
+            travels[rises],
+            force[rises],
+            radius[rises],
+            cohesive_radius[rises],
+            self.line,
+            self.stress,
+            int(np.searchsorted(root[rises], touch)) if splits else 0,
+            compliance,
         )
 
 
