@@ -261,9 +261,15 @@ def test_the_interval_of_a_strength_is_open_towards_a_limit_that_fits_as_well():
 def test_a_map_keeps_a_curve_whose_interval_is_open_on_one_side():
     """Its error, which the open side widens beyond the value, made all numbers of the curve NaN in a map."""
     begin, curve, true, _ = cohesive_record(37, "strength")
-    mapped = mdr.fit_map(begin, [curve], list(true))
-    fitted = mdr.fit(begin, curve, list(true))
+    shared = {"profile.radius": "5 %"}
+    mapped = mdr.fit_map(begin, [curve], list(true), uncertainty=shared)
+    fitted = mdr.fit(begin, curve, list(true), uncertainty=shared)
     assert fitted["adhesion.strength"].error > fitted["adhesion.strength"].value
     assert mapped["ending"].item() == FITTED
     for name in true:
         assert abs(mapped[name].item() - fitted[name].value) <= 1e-3 * fitted[name].error, name
+        ends = mapped[f"{name}_low"].item(), mapped[f"{name}_high"].item()
+        assert ends == pytest.approx((fitted[name].low, fitted[name].high), rel=1e-6), name
+    # the other side stays closed
+    assert mapped["adhesion.strength_high"].item() == math.inf
+    assert mapped["adhesion.strength_low"].item() > 0.0

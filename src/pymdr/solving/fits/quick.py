@@ -243,7 +243,7 @@ def _columns(request: FitRequest, axes: FamilyAxes, fits: CurveFits, stretch: St
         with np.errstate(invalid="ignore"):  # an infinite value without an error
             out[f"{name}_error"][:] = error[:, i] * (1.0 if name in plain else np.abs(rates[:, i]))
         if request.uncertainty:
-            out[f"{name}{WIDTH}"][:] = fits.widths[:, i]
+            out[f"{name}{WIDTH}"] = fits.widths[:, i]
     for name, (low, high) in request.bounded.items():
         outside = (out[name] < low) | (out[name] > high)
         out["ending"][outside & (ended == FITTED)] = AT_END

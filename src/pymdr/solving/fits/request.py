@@ -151,7 +151,6 @@ def mark_undetermined(request: FitRequest, columns: Columns) -> None:
 
 def empty_columns(request: FitRequest, count: int) -> Columns:
     """Columns of curves before the fit."""
-    widths = [f"{name}{WIDTH}" for name in request.names] if request.uncertainty else []
-    columns = {name: np.full(count, math.nan) for name in (*request.units, *widths)}
+    columns = {name: np.full(count, math.nan) for name in request.units}
     columns["ending"] = np.full(count, NOT_YET, dtype=np.int8)
     return columns

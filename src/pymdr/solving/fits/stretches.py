@@ -39,17 +39,19 @@ from pymdr.solving.fits.records import Records, Stretch
 from pymdr.solving.fits.request import (
     DRIFT,
     FITTED,
+    HIGH,
     IN_CONTACT,
+    LOW,
     OF_LIMIT,
     PLATEAU,
     REFUSED,
     RESIDUAL,
+    SYSTEMATIC,
     TOO_FEW,
     UNDETERMINED,
     UNREAD,
     UNSETTLED,
     WAVES,
-    WIDTH,
     Columns,
     FitRequest,
     FittedStretch,
@@ -57,7 +59,7 @@ from pymdr.solving.fits.request import (
     fewest_in_contact,
     mark_undetermined,
 )
-from pymdr.solving.fits.systematic import put_intervals, put_systematic
+from pymdr.solving.fits.systematic import put_systematic
 from pymdr.solving.fits.unknowns import (
     CONTACT_POINT,
     TILT,
@@ -230,7 +232,6 @@ def _fit_one_by_one(
     request: FitRequest, stretch: Stretch, progress: Callable[[int], None] | None
 ) -> FittedStretch:
     out, refusals = empty_columns(request, len(stretch.place)), set()
-    squares = {name: np.zeros(len(stretch.place)) for name in request.names}
     for i in range(len(stretch.place)):
         if progress is not None and i:
             progress(i)
@@ -243,7 +244,7 @@ def _fit_one_by_one(
             search = search_of(request.contact, curve, request.free, request.known)
             result = estimated_within(search, request.limits)[0] if request.limits else estimated(search)
             assumed = _assumed(result)
-            contributions = with_uncertainty(result, request.uncertainty)[1] if request.uncertainty else {}
+            ends, parts = with_uncertainty(result, request.uncertainty) if request.uncertainty else ({}, {})
         except ConvergenceError:
             out["ending"][i] = UNSETTLED
         except FewSamplesError as error:
@@ -256,16 +257,14 @@ def _fit_one_by_one(
             for name in request.names:
                 out[name][i], out[f"{name}_error"][i] = result.values[name].value, result.values[name].error
                 if request.uncertainty:
-                    out[f"{name}{WIDTH}"][i] = result.width[:, result.search.names.index(name)].max()
-                for source in request.uncertainty:
-                    squares[name][i] += contributions[source][name] ** 2
+                    out[f"{name}{LOW}"][i], out[f"{name}{HIGH}"][i] = ends[name].low, ends[name].high
+                    shared = [parts[source][name] for source in request.uncertainty]
+                    out[f"{name}{SYSTEMATIC}"][i] = math.hypot(*shared)
             out["noise"][i], out["correlated"][i] = result.noise, result.correlated
             out[WAVES][i], out[OF_LIMIT][i] = result.waves, _of_limit(assumed)
             out["indentation"][i] = result.deepest
             out[IN_CONTACT][i], out[RESIDUAL][i], out[DRIFT][i] = result.quality
             out["ending"][i] = FITTED
-    if request.uncertainty:
-        put_intervals(request, out, squares)
     return FittedStretch(out, frozenset(refusals))
 
 

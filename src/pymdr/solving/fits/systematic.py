@@ -61,11 +61,6 @@ def put_systematic(
         ]
         for one in request.names:
             squares[one] += _change([_fitted(end, one) for end in ends], columns[one]) ** 2
-    put_intervals(request, columns, squares)
-
-
-def put_intervals(request: FitRequest, columns: Columns, squares: Columns) -> None:
-    """Write the standard errors by uncertainties, from their squares, and the intervals that contain them."""
     sizes = {u.name for u in request.unknowns if u.is_size}
     for name, square in squares.items():
         value, half = (
