@@ -979,6 +979,23 @@ def test_radii_beyond_a_corner_are_mapped_alike_in_any_order(seed, breakpoints):
     assert worst(moments, [sneddon_moment(b, steep, blunt, radii[i]) for i in order]) < 1e-13
 
 
+def test_a_fractional_power_beyond_a_corner_is_mapped_alike_from_any_first_radius():
+    """The panel that goes on from a narrow first one spanned any ratio of offsets: energies were 6e-13 off."""
+    b, n, s = 1.6527642571318548e-05, 2.44200776099583, 5.0814242178898095e-05
+    line = equivalent_profile(
+        mdr.Function(
+            lambda r: s / n * (np.maximum(r - b, 0.0) / s) ** n,
+            derivative=lambda r: (np.maximum(r - b, 0.0) / s) ** (n - 1.0),
+            breakpoints=[b],
+        )
+    )
+    x = b * (1.0 + np.array([0.02, 0.1, 0.14]))
+    exact = [both_images(mpf(b), mpf(n), mpf(s), mpf(place)) for place in x.tolist()]
+    line.inverse(np.array([float(exact[-1][0]), 1e-10 * float(exact[-1][0])]))
+    assert worst(line.g(x), [float(g) for g, _ in exact]) < 5e-15
+    assert worst(line.slope(x), [float(slope) for _, slope in exact]) < 2e-14
+
+
 def test_curvature_is_no_rounding_of_a_slope():
     """Short straight lines took it for noise, and panels next to a breakpoint were 2e-11 off."""
     b, n = 0.15862021288201267, 2.34454239621662

@@ -48,6 +48,8 @@ _STEEP = 8.0
 """Ratio of the slopes at the ends of a panel above which its local power is divided out."""
 _SPREAD = 64.0
 """Largest ratio of slopes on a panel after a breakpoint."""
+_RATIO = 4.0
+"""Largest ratio of the offsets from a breakpoint at the ends of a panel that goes on."""
 _GRADED = 18
 """Largest number of times that the first panel after a breakpoint is quartered."""
 _SLIVER = 0.1
@@ -226,6 +228,28 @@ def anchored(base: float, low: float, stop: float, end: float) -> Panels:
         ):
             edges = np.delete(edges, -2)
     return _row(base, edges)
+
+
+def without_wide_start(panels: Panels, needed: float) -> Panels:
+    """
+    Panels, the first of which is divided where it goes on from close to a breakpoint, as far as they begin below a radius in m.
+
+    A power is resolved over any ratio of offsets, but integrals over it are not.
+
+    Examples
+    --------
+    >>> wide = Panels(np.ones(1), np.array([1e-3]), np.array([0.1]), np.zeros(1, dtype=bool))
+    >>> without_wide_start(wide, 1.01).high.tolist()
+    [0.004, 0.016]
+    """
+    base, low, high = float(panels.base[0]), float(panels.low[0]), float(panels.high[0])
+    if base == 0.0 or low == 0.0 or high <= _RATIO * low:
+        return panels
+    count = math.ceil(math.log(high / low, _RATIO) - 1e-6)
+    edges = np.append(low * _RATIO ** np.arange(float(count)), high)
+    divided = joined([_row(base, edges), panels.take(slice(1, None))])
+    # one that is not needed would leave a gap where those before it are divided
+    return divided.take(slice(0, max(1, int(np.sum(divided.start < needed)))))
 
 
 def anchored_between(base: float, low: float, knots: FloatArray, stop: float, end: float) -> Panels:

@@ -22,6 +22,7 @@ from pymdr.mapping.resolving import (
     anchored_between,
     joined_slopes,
     resolve,
+    without_wide_start,
 )
 from pymdr.numerics.panels import TERMS, BoolArray, IndexArray, clenshaw, evaluate
 from pymdr.units import FloatArray, metres
@@ -188,6 +189,7 @@ class ResolvedSlope:
         base = self.knots[passed - 1] if passed else 0.0
         end = min(self.knots[before] if before < knots.size else math.inf, self.limit)
         panels = anchored_between(base, self._front_offset(base), knots[passed:before], min(x, end), end)
+        panels = without_wide_start(panels, x)
         made = resolve(self.source, panels, x, self._largest_part, self._find_kinks)
         if isinstance(made, Stopped):
             self._handle_stop(made)
