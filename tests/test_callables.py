@@ -372,6 +372,20 @@ def test_powers_go_on_where_they_underflow(power, log_size, log_height, decades,
     assert result.claims["normal_force"].level is mdr.Level.EXACT
 
 
+@given(
+    SCALES, st.floats(-2.0, -0.3), st.floats(-3.3, -2.0), st.floats(1.5, 4.0), st.sampled_from([-1.0, 1.0])
+)
+@settings(max_examples=examples(25), deadline=None)
+def test_a_narrow_bump_on_an_offset_is_no_part_of_a_law(R, place, width, roundings, sign):
+    """It hid between the radii of the fits, and forces were 1e-9 off with claims of 3e-14."""
+    with np.errstate(all="ignore"):
+        law = tip_law(lambda r: r * r / (2.0 * R) + R, R)
+        m = law.radius * 10.0**place
+        w, h = m * 10.0**width, sign * 10.0**roundings * np.spacing(R)
+        with pytest.raises(mdr.ProblemError, match="give derivative="):
+            tip_law(lambda r: r * r / (2.0 * R) + h * np.exp(-0.5 * ((r - m) / w) ** 2) + R, R)
+
+
 def test_a_tip_of_noise_is_refused():
     with np.errstate(all="ignore"):
         for f, top in (

@@ -12,7 +12,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike, NDArray
 
 from pymdr.errors import ProblemError
-from pymdr.mapping.callables.noise import EPS, Curve, jitter, orthonormal, scatter, slope_panel
+from pymdr.mapping.callables.noise import EPS, Curve, jitter, orthonormal, scatter, search_points, slope_panel
 from pymdr.units import FloatArray, metres
 
 _SURE = 1e-10
@@ -34,6 +34,8 @@ _UNFELT = 1e-40
 _CANCELLATION, _ROUNDINGS = 1e-13, 16.0
 _STEADY = 1e-6
 """Largest change of an exponent from octave to octave of a power law."""
+_SCATTERED = 12.0
+"""Median deviations in an octave, eight standard deviations of noise, beyond which a deviation is a feature of the profile."""
 _LEAST_DIFFERENCE = 0.1
 """Difference of two exponents below which a fit cannot separate them."""
 
@@ -226,7 +228,12 @@ def _law(f: Curve, radius: float, ends: list[float]) -> TipLaw | None:
             best = law
         if best is not None and best.error < _SURE:
             break
-    return best if best is not None and best.error < _UNUSABLE else None
+    if best is None or best.error >= _UNUSABLE:
+        return None
+    # a bump may hide between the radii of a fit; where r is rounded as part of r - m, most of an octave deviates
+    excess = _excess(fits, best, search_points(2.0**-_DEPTH * radius, radius)).reshape(int(_DEPTH), -1)
+    scattered = _SCATTERED * np.median(excess, axis=1, keepdims=True)
+    return best if np.all(excess <= np.maximum(1.0, scattered)) else None
 
 
 def _relative_difference(law: TipLaw, other: TipLaw) -> FloatArray:
@@ -458,21 +465,24 @@ def _established(fits: _Stretches, n: float, s: float, exponent_error: float) ->
     # rounding is no white noise: its standard deviation is safe within a factor of two
     error = 8.0 * best.spread + 2.0 * max(differences, default=0.0) + 8.0 * EPS
     law = TipLaw(fits.radius, n, series, error, _polynomial_step(s), exponent_error)
-    return law if _is_met(fits, law) else None
+    inside = fits.radius * 2.0 ** (-_DEPTH * jitter(96, 0.1))
+    return law if np.all(_excess(fits, law, inside) <= 1.0) else None
 
 
-def _is_met(fits: _Stretches, law: TipLaw) -> bool:
-    """Whether f below the radius agrees with the law within its rounding."""
-    r = law.radius * 2.0 ** (-24.0 * jitter(96, 0.1))
-    # int_0^1 t^(n-1) Q(t^s) dt with w = t^s
+def _excess(fits: _Stretches, law: TipLaw, r: FloatArray) -> FloatArray:
+    """Deviation of f from a law at radii below that of the law, over eight roundings of f and the error of the law."""
+    # int_0^1 t^(n-1) Q(w t^s) dt with v = t^s is a polynomial in w
     power = law.exponent / law.step
-    nodes, weights = scipy.special.roots_jacobi(_SIZE, 0.0, power - 1.0)
-    outer = (r / law.radius) ** law.step
-    series = chebyshev.chebval(outer[:, None] * (nodes + 1.0) - 1.0, law.coefficients) @ weights
-    gap = r * (r / law.radius) ** (law.exponent - 1.0) * series / (2.0**power * law.step)
+    v, weights = scipy.special.roots_jacobi(_SIZE, 0.0, power - 1.0)
+    nodes = _nodes()
+    means = chebyshev.chebval(nodes[:, None] * (v + 1.0) - 1.0, law.coefficients) @ weights
+    series = np.linalg.solve(chebyshev.chebvander(2.0 * nodes - 1.0, _SIZE - 1), means)
+    t = r / law.radius
+    gap = r * t ** (law.exponent - 1.0) * chebyshev.chebval(2.0 * t**law.step - 1.0, series)
+    gap /= 2.0**power * law.step
     values = fits.f(r) - fits.offset
     allowed = 8.0 * (fits.noise(r) + EPS * np.abs(values)) + EPS * abs(fits.offset) + law.error * np.abs(gap)
-    return bool(np.all(np.abs(values - gap) <= allowed))
+    return np.asarray(np.abs(values - gap) / allowed)
 
 
 def _families(f: Curve, fits: _Stretches) -> Iterator[tuple[float, float, float]]:
