@@ -5,15 +5,17 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-import matplotlib.pyplot as plt
+import matplotlib.style
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from scipy.integrate import quad
 from scipy.optimize import brentq, minimize_scalar
 
 import pymdr as mdr
 from benchmarks.validation.rows import UNIT
 
+matplotlib.style.use("pymdr.figures")
 BLUE, ORANGE, GREY = "#0072B2", "#D55E00", "#666666"
 
 
@@ -23,7 +25,6 @@ def draw(axes: Axes, line: tuple, dots: tuple, source: str, labels: tuple[str, s
     axes.plot(*dots, "o", ms=4, mfc="none", color=ORANGE, label=source)
     axes.set_xlabel(labels[0])
     axes.set_ylabel(labels[1])
-    axes.legend(frameon=False, fontsize=7)
 
 
 def shapes(axes: Axes) -> None:
@@ -36,8 +37,8 @@ def shapes(axes: Axes) -> None:
         ]
         factor = math.sqrt(math.pi) * math.gamma(n / 2 + 1) / math.gamma(n / 2 + 0.5)
         known = 2 * n / (n + 1) * (few / factor) ** (1 / n) * few
-        draw(axes, (d, force), (few, known), "Sneddon (1965)", ("indentation", "force"))
-    axes.set_title("$r$, $r^2$, $r^4$", fontsize=8)
+        draw(axes, (d, force), (few, known), "Sneddon (1965)", ("indentation (m)", "normal force (N)"))
+    axes.set_title("profiles $r$, $r^2$, $r^4$")
 
 
 def adhesive(axes: Axes) -> None:
@@ -49,7 +50,7 @@ def adhesive(axes: Axes) -> None:
     a = np.linspace(0.45, 1.2, 9)
     known = 4 * a**3 / 3 - np.sqrt(8 * math.pi * 0.1 * a**3)
     line = away["contact_radius"].values[joined], away["normal_force"].values[joined]
-    draw(axes, line, (a, known), "Johnson et al. (1971)", ("contact radius", "force"))
+    draw(axes, line, (a, known), "Johnson et al. (1971)", ("contact radius (m)", "normal force (N)"))
 
 
 def transition(axes: Axes) -> None:
@@ -72,7 +73,7 @@ def transition(axes: Axes) -> None:
         line,
         (dots, [maugis(p) for p in dots]),
         "Maugis (1992)",
-        ("Maugis' parameter", "pull-off / ($\\pi R w$)"),
+        ("Maugis' parameter", "pull-off force / $\\pi w R$"),
     )
     axes.set_xscale("log")
 
@@ -115,7 +116,7 @@ def loop(axes: Axes) -> None:
         line,
         (np.r_[u, -u], np.r_[back, -back]),
         "Mindlin, Deresiewicz (1953)",
-        ("shift / limit", "force / $\\mu F_N$"),
+        ("shift / limit of sliding", "tangential force / $\\mu F_N$"),
     )
 
 
@@ -127,7 +128,13 @@ def memory(axes: Axes) -> None:
     result = mdr.solve(contact, path)
     times = np.linspace(0.1, 1.9, 13)
     known = [ting(float(t)) for t in times]
-    draw(axes, (result["time"], result["normal_force"]), (times, known), "Ting (1966)", ("time", "force"))
+    draw(
+        axes,
+        (result["time"], result["normal_force"]),
+        (times, known),
+        "Ting (1966)",
+        ("time (s)", "normal force (N)"),
+    )
 
 
 def ting(t: float) -> float:
@@ -171,7 +178,7 @@ def under_the_surface(axes: Axes) -> None:
             field.sel(component=name).values if "component" in field.dims else field[name].values
         ).ravel()
         draw(axes, (z, values / peak), (few, known), "Huber (1904)", ("depth / $a$", "stress / $p_0$"))
-    axes.set_title("axial and radial stress", fontsize=8)
+    axes.set_title("axial and radial stress")
 
 
 PANELS: Sequence[Callable[[Axes], None]] = (shapes, adhesive, transition, loop, memory, under_the_surface)
@@ -179,30 +186,29 @@ PANELS: Sequence[Callable[[Axes], None]] = (shapes, adhesive, transition, loop, 
 
 def curves(file: Path) -> None:
     """A panel for each physics with a closed solution."""
-    figure, panels = plt.subplots(2, 3, figsize=(9.6, 5.6), layout="constrained")
-    for axes, panel in zip(panels.ravel(), PANELS, strict=True):
+    figure = Figure(figsize=(9.6, 5.6), layout="constrained")
+    for axes, panel in zip(figure.subplots(2, 3).ravel(), PANELS, strict=True):
         panel(axes)
         handles, names = axes.get_legend_handles_labels()
-        axes.legend(handles[:2], names[:2], frameon=False, fontsize=7)
+        axes.legend(handles[:2], names[:2])
     figure.savefig(file, dpi=100)
-    plt.close(figure)
 
 
 def claims(file: Path, outcomes: Sequence[Any]) -> None:
     """The error of every value of random problems over its claim."""
     values = [value for outcome in outcomes for value in outcome.values]
-    figure, axes = plt.subplots(figsize=(5.2, 4.2), layout="constrained")
+    figure = Figure(figsize=(5.2, 4.2), layout="constrained")
+    axes = figure.subplots()
     claimed = np.maximum([value.claimed for value in values], 1e-17)
     axes.loglog(
         claimed, np.maximum([value.miss for value in values], 1e-17), ".", ms=3, alpha=0.4, color=BLUE
     )
     ends = np.array([1e-17, 1.0])
     axes.plot(ends, ends, color=GREY, lw=1, label="true error = claimed error")
-    axes.set_xlabel("claimed error")
-    axes.set_ylabel("true error")
+    axes.set_xlabel("claimed relative error")
+    axes.set_ylabel("true relative error")
     beyond = sum(value.violated for value in values)
     title = f"{len(values)} values of {len(outcomes)} random problems, {beyond} of them violate their claims"
-    axes.set_title(title, fontsize=8)
-    axes.legend(frameon=False, fontsize=8, loc="upper left")
+    axes.set_title(title)
+    axes.legend(loc="upper left")
     figure.savefig(file, dpi=100)
-    plt.close(figure)

@@ -25,7 +25,7 @@ pairs = {
     "steel on steel": (steel, steel, True),
     "rubber on a rigid body": (rubber, mdr.Rigid(), True),
     "rubber on gel": (rubber, mdr.Elastic("30 kPa", 0.5), True),
-    "2.6 GPa, nu = 0.3 on 1.4 GPa, nu = 0.4": (*fitting, True),
+    "2.6 GPa, ν = 0.3 on 1.4 GPa, ν = 0.4": (*fitting, True),
     "steel on a rigid body": (steel, mdr.Rigid(), False),
     "cork on rubber": (mdr.Elastic("3 MPa", 0.0), rubber, False),
 }

@@ -77,7 +77,7 @@ def fatigue_study(
                 ends = np.array([-1.0, 1.0]) * _TRACE * radius
                 axes.plot(x + ends * trace[0], depth + ends * trace[1], color="cyan", lw=1.6)
             axes.plot([x], [depth], "o", color="white", ms=5, mec="black", clip_on=False)
-            axes.set_title(f"{draw.typeset(top, value_unit)}", fontsize="medium")
+            axes.set_title(f"largest value {draw.typeset(top, value_unit)}", fontsize="medium")
         axes.set(
             xlabel=f"{ALONG.label} ({unit})",
             ylabel=f"{(ACROSS if surface else DEPTH).label} ({unit})",
