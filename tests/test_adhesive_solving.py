@@ -732,11 +732,11 @@ def test_what_a_dead_load_loses_is_the_area_above_it(profile, law, young):
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: mdr.DMT(0.0), r"DMT\.work = 0.*above 0 J/m\^2"),
-        (lambda: mdr.MaugisDugdale(0.0, strength=1.0), r"MaugisDugdale\.work = 0.*above 0"),
+        (lambda: mdr.DMT(0.0), r"^work = 0.*above 0 J/m\^2"),
+        (lambda: mdr.MaugisDugdale(0.0, strength=1.0), r"^work = 0.*above 0"),
         (lambda: mdr.MaugisDugdale(1.0, range=-1.0), r"range = -1.*above 0 m"),
-        (lambda: mdr.DMT(1.0, range=0.0), r"DMT\.range = 0.*above 0 m"),
-        (lambda: mdr.Contact(BALL, UNIT, adhesion="JKR"), r"Contact\.adhesion = 'JKR'"),
+        (lambda: mdr.DMT(1.0, range=0.0), r"^range = 0.*above 0 m"),
+        (lambda: mdr.Contact(BALL, UNIT, adhesion="JKR"), r"^adhesion = 'JKR'"),
     ],
 )
 def test_refused_laws(make, words):
@@ -766,7 +766,7 @@ REFUSED = {
         contact(wavy(0.02, 20.0), mdr.MaugisDugdale(0.002, strength=1.0)),
         mdr.indent(0.1),
         mdr.ProblemError,
-        "MaugisDugdale: the equivalent profile decreases somewhere.*JKR",
+        "^the equivalent profile decreases somewhere.*JKR",
     ),
     "end of the data": (
         contact(SHORT, mdr.JKR(0.01)),
@@ -803,7 +803,7 @@ def test_refused_paths(name):
 
 
 def test_values_that_are_not_numbers_are_refused():
-    with pytest.raises(mdr.UnitError, match=r"Path\.indentation\[1\]: nan is not finite"):
+    with pytest.raises(mdr.UnitError, match=r"^indentation\[1\]: nan is not finite"):
         mdr.Path(indentation=[0.1, math.nan])
     with pytest.raises(
         mdr.ProblemError,

@@ -54,7 +54,7 @@ STIFFNESSES = {"c11": 3.0, "c33": 3.0, "c13": 1.0, "c44": 1.0, "c66": 1.0}
     ],
 )
 def test_bad_transversely_isotropic_bodies(given, words):
-    with pytest.raises(ValueError, match=f"TransverselyIsotropic.*{words}"):
+    with pytest.raises(ValueError, match=rf"^(the stiffnesses are not positive definite: )?{words}"):
         mdr.TransverselyIsotropic(**given)
 
 
@@ -72,7 +72,7 @@ def test_bad_transversely_isotropic_bodies(given, words):
     ],
 )
 def test_bad_graded_bodies(changed, words):
-    with pytest.raises(ValueError, match=rf"Graded\.{words}"):
+    with pytest.raises(ValueError, match=f"^{words}"):
         mdr.Graded(**{"young": 1.0, "depth": 1.0, "exponent": 0.2, "poisson": 0.3, **changed})
 
 
@@ -165,7 +165,7 @@ def test_cases_go_there_and_back(body):
     ("body", "words"),
     [
         ({"kind": "transversely_isotropc"}, "did you mean 'transversely_isotropic'"),
-        ({"kind": "transversely_isotropic", "c11": "1 GPa"}, r"\[body\] TransverselyIsotropic: c33 and"),
+        ({"kind": "transversely_isotropic", "c11": "1 GPa"}, r"\[body\] c33 and"),
         ({"kind": "transversely_isotropic", "young": 1.0}, "young = 1.0: unknown key; did you mean 'young_"),
         (
             {"kind": "graded", "young": "1 MPa", "depth": 1.0, "exponent": 0.2},

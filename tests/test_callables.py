@@ -118,12 +118,12 @@ def failing(error):
 @pytest.mark.parametrize(
     ("function", "words"),
     [
-        (lambda r: math.sqrt(r), r"Function.f does not accept arrays .*numpy.vectorize"),
+        (lambda r: math.sqrt(r), r"^f\(r\) does not accept arrays .*numpy.vectorize"),
         (lambda r: max(r, 0.0), r"does not accept arrays .*numpy.vectorize"),
         (lambda r: r if r > 1 else 0.0, r"does not accept arrays .*numpy.vectorize"),
         (
             failing(ZeroDivisionError("by zero")),
-            r"Function.f \(f\) fails for radii from 0 m to 10 mm .*by zero",
+            r"^f\(r\) \(f\) fails for radii from 0 m to 10 mm .*by zero",
         ),
         (failing(IndexError("out")), "IndexError: out"),
         (failing(OwnError()), "fails .*Own"),
@@ -151,7 +151,7 @@ def failing(error):
 def test_what_is_no_profile_is_refused(function, words):
     with pytest.raises(mdr.ProblemError, match=words) as caught:
         call(function, RADII)
-    assert caught.value.args[0].count("Function.f") == 1
+    assert caught.value.args[0].startswith("f(r)")
 
 
 @pytest.mark.parametrize("function", [math.sqrt, lambda r: max(r, 0.0)])

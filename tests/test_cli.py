@@ -986,7 +986,7 @@ def test_a_fit_names_the_file_that_cannot_be_fitted(case, tmp_path, shell):
     few.write_text(head + "1,1\n2,2\n")
     whole.write_text(head + "\n".join(f"{i},{0.02 * max(i, 0) ** 1.5}" for i in range(-9, 9)))
     for command in (("fit", case, few, "--free", "body.young"), ("curves", few)):
-        assert f"{few}: MeasuredCurve: 2 samples" in shell(*command)[2]
+        assert f"{few}: 2 samples" in shell(*command)[2]
     status, _, err = shell("fit", case, whole, "--free", "body.young", "--segment", "aproach")
     assert (status, "segment = 'aproach'; it must be one of record, approach, retreat" in err) == (1, True)
     rubbed = tmp_path / "rubbed.toml"

@@ -1084,7 +1084,7 @@ def test_assessment():
 
 @pytest.mark.parametrize("mu", [-0.1, "-0.1", -1e-300, math.nan, -math.inf, "nan", "rough", True, "0.3 N"])
 def test_meaningless_coefficient(mu):
-    with pytest.raises((mdr.ProblemError, mdr.UnitError), match=r"Coulomb\.coefficient"):
+    with pytest.raises((mdr.ProblemError, mdr.UnitError), match=r"^coefficient"):
         mdr.Coulomb(mu)
 
 
@@ -1157,7 +1157,7 @@ def test_tangential_paths_without_a_law():
     plain = mdr.solve(mdr.Contact(BALL, BODY, BODY), mdr.load(1.0))
     with pytest.raises(mdr.QuantityError, match="the contact has no friction; solve it with friction"):
         plain.field("slip")
-    with pytest.raises(mdr.ProblemError, match=r"Contact\.friction = 0\.3: a law such as Coulomb"):
+    with pytest.raises(mdr.ProblemError, match=r"^friction = 0\.3: a law such as Coulomb"):
         mdr.Contact(BALL, BODY, BODY, friction=0.3)
 
 
@@ -1180,7 +1180,7 @@ def test_arrays():
     with pytest.raises(mdr.PathError, match="3 samples of indentation and 2 of shift; give equal numbers"):
         mdr.Path(indentation=[1.0, 2.0, 3.0], shift=[0.0, 1.0])
     for bad in (math.nan, math.inf):
-        with pytest.raises(mdr.UnitError, match=r"Path\.shift\[1\]: .* is not finite"):
+        with pytest.raises(mdr.UnitError, match=r"^shift\[1\]: .* is not finite"):
             mdr.Path(indentation=[1.0, 2.0], shift=[0.0, bad])
     with pytest.raises(mdr.PathError, match="shift and tangential_force cannot both be prescribed"):
         mdr.Path(shift=[0.0], tangential_force=[0.0])

@@ -117,6 +117,28 @@ def test_names_say_what_values_are():
     assert sorted(puzzling) == []
 
 
+def texts(tree):
+    """Literal texts of a module that are no docstrings, with what stands in braces as ``{...}``."""
+    spare = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.JoinedStr):
+            spare |= {id(part) for part in node.values}
+            yield "".join(
+                part.value if isinstance(part, ast.Constant) else f"{{{ast.unparse(part.value)}}}"
+                for part in node.values
+            )
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in spare:
+            yield node.value
+
+
+def test_messages_begin_with_what_they_are_about():
+    # a case has keys, and who calls a class sees its name in the traceback
+    public = "|".join(sorted(name for name in mdr.__all__ if callable(getattr(mdr, name))))
+    begins = re.compile(rf"({public}|\{{type\((self|law|leg|value)\)\.__name__\}})(: |\.[a-z{{]\S* )")
+    named = [f"{place}: {text}" for place, tree in modules() for text in texts(tree) if begins.match(text)]
+    assert named == []
+
+
 def is_to_split(place, node):
     return bool({node.name, f"{place} {node.name}"} & TO_SPLIT)
 

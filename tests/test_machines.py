@@ -337,7 +337,7 @@ def test_a_machine_without_contacts():
     [
         (lambda: mdr.Mass("a", "0 kg"), "above 0 kg"),
         (lambda: mdr.Mass(" ", 1.0), "a text is needed"),
-        (lambda: mdr.Machine([mdr.Mass("a", 1), mdr.Mass("a", 1)]), "named twice"),
+        (lambda: mdr.Machine([mdr.Mass("a", 1), mdr.Mass("a", 1)]), "^the name .a. occurs twice in bodies"),
         (lambda: mdr.Machine([mdr.Mass("slider", 1)], [mdr.Spring("slder", 1)]), "did you mean 'slider'"),
         (lambda: mdr.Machine([mdr.Drive("d")]), "no body is free"),
         (lambda: mdr.Machine([mdr.Mass("a", 1), mdr.Drive("d")], [mdr.Force("d", 1)]), "is a Drive"),

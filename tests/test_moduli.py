@@ -99,13 +99,13 @@ def test_both_rigid_is_refused():
 
 @pytest.mark.parametrize("young", [math.nan, math.inf, -math.inf, 0.0, -1.0, "0 Pa", "-3 GPa", "nan Pa"])
 def test_bad_youngs_moduli(young):
-    with pytest.raises(ValueError, match=r"Elastic\.young"):
+    with pytest.raises(ValueError, match=r"^young"):
         mdr.Elastic(young, 0.3)
 
 
 @pytest.mark.parametrize("poisson", [-1.0, -1.5, 0.5000001, 0.6, math.nan, math.inf, "51 %", None])
 def test_bad_poisson_ratios(poisson):
-    with pytest.raises(ValueError, match=r"Elastic\.poisson"):
+    with pytest.raises(ValueError, match=r"^poisson"):
         mdr.Elastic(1.0, poisson)
 
 

@@ -209,11 +209,9 @@ def test_bad_profiles(make):
 
 
 def test_limits_are_named():
-    with pytest.raises(mdr.ProblemError, match=r"Sphere\.radius = '-1 mm': it must be above 0 m"):
+    with pytest.raises(mdr.ProblemError, match=r"^radius = '-1 mm': it must be above 0 m"):
         mdr.Sphere("-1 mm")
-    with pytest.raises(
-        mdr.ProblemError, match=r"Elastic\.poisson = 0\.7: it must be above -1 and at most 0\.5"
-    ):
+    with pytest.raises(mdr.ProblemError, match=r"^poisson = 0\.7: it must be above -1 and at most 0\.5"):
         mdr.Elastic(1.0, 0.7)
 
 
@@ -225,11 +223,11 @@ def test_limits_are_named():
     [
         ((mdr.Sphere(1.0), mdr.Rigid()), "both bodies are rigid; at least one must be elastic"),
         ((mdr.Sphere(1.0), mdr.Rigid(), mdr.Rigid()), "both bodies are rigid; at least one must be elastic"),
-        ((1.0, STEEL), "Contact"),
-        ((mdr.Sphere(1.0), 210e9), "Contact"),
-        ((mdr.Sphere(1.0), STEEL, None), "Contact"),
-        ((STEEL, mdr.Sphere(1.0)), "Contact"),
-        ((mdr.Sphere, STEEL), "Contact"),
+        ((1.0, STEEL), "^profile = 1.0: a profile such as"),
+        ((mdr.Sphere(1.0), 210e9), "^body = 210000000000.0: a material such as"),
+        ((mdr.Sphere(1.0), STEEL, None), "^counterbody = None: a material such as"),
+        ((STEEL, mdr.Sphere(1.0)), "^profile = Elastic"),
+        ((mdr.Sphere, STEEL), "^profile = <class .*Sphere"),
     ],
 )
 def test_bad_contacts(arguments, message):
@@ -457,20 +455,20 @@ def test_callables_with_a_name_are_pickled():
 @pytest.mark.parametrize(
     ("make", "field"),
     [
-        (lambda: mdr.Function(lambda r: r**2), "Function.f"),
-        (lambda: mdr.Function(derivative=lambda r: r), "Function.derivative"),
-        (lambda: mdr.Function2D(lambda x, y: x**2 + y**2), "Function2D.f"),
-        (lambda: mdr.Sphere(1.0) + mdr.Function(lambda r: r**2), "Function.f"),
-        (lambda: mdr.Contact(mdr.Function(lambda r: r**2), mdr.Elastic(1.0, 0.0)), "Function.f"),
-        (lambda: mdr.equivalent_profile(mdr.Function(lambda r: r**2)), "Function.f"),
-        (lambda: mdr.equivalent_profile(mdr.Function(derivative=lambda r: r), 0.3), "Function.derivative"),
-        (lambda: mdr.equivalent_profile(mdr.Cone(0.1) + mdr.Function(lambda r: r**2)), "Function.f"),
+        (lambda: mdr.Function(lambda r: r**2), "f"),
+        (lambda: mdr.Function(derivative=lambda r: r), "derivative"),
+        (lambda: mdr.Function2D(lambda x, y: x**2 + y**2), "f"),
+        (lambda: mdr.Sphere(1.0) + mdr.Function(lambda r: r**2), "f"),
+        (lambda: mdr.Contact(mdr.Function(lambda r: r**2), mdr.Elastic(1.0, 0.0)), "f"),
+        (lambda: mdr.equivalent_profile(mdr.Function(lambda r: r**2)), "f"),
+        (lambda: mdr.equivalent_profile(mdr.Function(derivative=lambda r: r), 0.3), "derivative"),
+        (lambda: mdr.equivalent_profile(mdr.Cone(0.1) + mdr.Function(lambda r: r**2)), "f"),
     ],
 )
 def test_callables_without_a_name_are_refused_in_words_and_copied(make, field):
     made = make()
     with pytest.raises(
-        mdr.ProblemError, match=rf"{field} = .* cannot be pickled.*def at the top of a module"
+        mdr.ProblemError, match=rf"^{field} = .* cannot be pickled.*def at the top of a module"
     ):
         pickle.dumps(made)
     if isinstance(made, mdr.Contact | mdr.Function | mdr.Function2D):

@@ -187,7 +187,7 @@ def test_the_case_file_and_the_figures(tmp_path, shell):
         (
             lambda: mdr.pull_off(short(1.0), preload=1.0, speed=1.0),
             ProblemError,
-            "^JKR.range = 1 m: the cohesive zone at rest .* more than 0.2 of the contact",
+            "^adhesion range = 1 m: the cohesive zone at rest .* more than 0.2 of the contact",
         ),
         (
             lambda: mdr.pull_off(

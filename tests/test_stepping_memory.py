@@ -262,7 +262,7 @@ def test_claims_state_the_error_of_the_springs():
     [
         (
             mdr.Contact(mdr.Sphere(1e-6), mdr.Viscoelastic(RUBBER, 0.5), adhesion=mdr.JKR(0.1, range="1 um")),
-            "^JKR.range = 1 µm: the cohesive zone at rest",
+            "^adhesion range = 1 µm: the cohesive zone at rest",
         ),
         (
             mdr.Contact(

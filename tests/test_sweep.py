@@ -172,7 +172,7 @@ def test_points_without_a_result_have_a_reason():
     assert "at most 0.5" in str(result["refusal"].values[1])
     assert np.isnan(result["normal_force"][1]).all()
     assert np.isfinite(result["normal_force"][0]).all()
-    assert "1 without a result; the first, body.poisson = 0.7: Elastic.poisson" in str(result)
+    assert "1 without a result; the first, body.poisson = 0.7: poisson" in str(result)
     assert result.claims["normal_force"].where.tolist() == [True, False]
 
 

@@ -300,10 +300,10 @@ def test_case_files_carry_it():
 @pytest.mark.parametrize(
     ("value", "kind", "words"),
     [
-        (0.0, ProblemError, r"Elastic\.thickness = 0\.0: it must be above 0 m"),
-        ("-1 um", ProblemError, r"Elastic\.thickness = '-1 um': it must be above 0 m"),
-        (math.inf, UnitError, r"Elastic\.thickness: inf is not finite"),
-        ("1 Pa", UnitError, r"Elastic\.thickness: 'Pa' does not fit"),
+        (0.0, ProblemError, r"^thickness = 0\.0: it must be above 0 m"),
+        ("-1 um", ProblemError, r"^thickness = '-1 um': it must be above 0 m"),
+        (math.inf, UnitError, r"^thickness: inf is not finite"),
+        ("1 Pa", UnitError, r"^thickness: 'Pa' does not fit"),
     ],
 )
 def test_bad_thicknesses(value, kind, words):
@@ -315,7 +315,7 @@ def test_thickness_is_given_by_name_and_once():
     with pytest.raises(TypeError):
         mdr.Elastic(1.0, 0.3, 1.0)  # type: ignore[misc]
     thin = mdr.Elastic(1.0, 0.3, thickness=1.0)
-    with pytest.raises(ProblemError, match=r"Layer\.material has a thickness of 1 m, the layer one of 2 m"):
+    with pytest.raises(ProblemError, match=r"^material has a thickness of 1 m, the layer one of 2 m"):
         mdr.Layer(thin, 2.0)
-    with pytest.raises(ProblemError, match=r"Layered\.base has a thickness of 1 m"):
+    with pytest.raises(ProblemError, match=r"^base has a thickness of 1 m"):
         mdr.Layered([mdr.Layer(mdr.Elastic(1.0, 0.3), 1.0)], base=thin)

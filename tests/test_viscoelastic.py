@@ -246,7 +246,7 @@ def test_what_is_refused():
         PathError, match=r"-1 nN in row 2 of leg 1: .* in a measured record, begin at the contact point"
     ):
         mdr.solve(contact, mdr.Path(time=[1, 2], normal_force=[0.0, -1e-9]))
-    with pytest.raises(PathError, match=r"Path\.time begins at -0\.5 s, .* at 0 s: count times"):
+    with pytest.raises(PathError, match=r"^time begins at -0\.5 s, .* at 0 s: count times"):
         mdr.solve(contact, mdr.Path(time=[-0.5, 2], indentation=[0.0, 0.1]))
     with pytest.raises(ProblemError, match="no limit of short range"):
         mdr.Contact(mdr.Sphere(1.0), body(SOLID), adhesion=mdr.JKR(0.1))

@@ -438,7 +438,7 @@ LEG = '[[path]]\nkind = "ramp"\nindentation = "1 um"\n'
     ("path", "words"),
     [
         ('[[path]]\nkind = "path"\nfile = "good.csv"\n' + LEG, ["leg 2 has no time, but leg 1 has"]),
-        (LEG + '[[path]]\nkind = "path"\nfile = "back.csv"\n', ["[path 2]", "back.csv: Path.time must rise"]),
+        (LEG + '[[path]]\nkind = "path"\nfile = "back.csv"\n', ["[path 2]", "back.csv: time must rise"]),
     ],
 )
 def test_refusals_of_a_case_name_its_file(tmp_path, path, words):
@@ -459,7 +459,7 @@ def test_refusals_of_a_case_name_its_file(tmp_path, path, words):
             mdr.load("1 N", duration="1 s") >> mdr.load("1 N", rate="1 N/s"),
             "leg 2: the start equals the target, normal_force = 1 N",
         ),
-        (mdr.indent("1 um", duration=3.0) >> mdr.Path(time=[2.0], shift=[0.0]), "leg 2: Path.time begins"),
+        (mdr.indent("1 um", duration=3.0) >> mdr.Path(time=[2.0], shift=[0.0]), "leg 2: time begins"),
     ],
 )
 def test_refusals_of_a_path_number_the_leg(path, words):

@@ -19,7 +19,7 @@ class PymdrError(Exception):
     ...     mdr.Sphere("-1 mm")
     ... except mdr.PymdrError as error:
     ...     print(error)
-    Sphere.radius = '-1 mm': it must be above 0 m
+    radius = '-1 mm': it must be above 0 m
     """
 
 
@@ -31,7 +31,7 @@ class UnitError(PymdrError, ValueError):
     >>> import pymdr as mdr
     >>> mdr.Sphere("1 N")
     Traceback (most recent call last):
-    pymdr.errors.UnitError: Sphere.radius: 'N' does not fit: ...
+    pymdr.errors.UnitError: radius: 'N' does not fit: ...
     """
 
 
@@ -43,7 +43,7 @@ class ProblemError(PymdrError, ValueError):
     >>> import pymdr as mdr
     >>> mdr.Elastic("1 GPa", 0.6)
     Traceback (most recent call last):
-    pymdr.errors.ProblemError: Elastic.poisson = 0.6: it must be above -1 and at most 0.5
+    pymdr.errors.ProblemError: poisson = 0.6: it must be above -1 and at most 0.5
     """
 
 
@@ -144,9 +144,9 @@ def errors_of_case(place: str) -> Iterator[None]:
     Examples
     --------
     >>> with errors_of_case("[profile]"):
-    ...     raise ProblemError("Sphere.radius = -1: it must be above 0 m")
+    ...     raise ProblemError("radius = -1: it must be above 0 m")
     Traceback (most recent call last):
-    pymdr.errors.CaseError: [profile] Sphere.radius = -1: it must be above 0 m
+    pymdr.errors.CaseError: [profile] radius = -1: it must be above 0 m
     """
     try:
         yield

@@ -306,7 +306,7 @@ def drawn_stress(
 
 def _check_drawn(name: str) -> None:
     if name not in DRAWN:
-        raise QuantityError(f"plot: {shown(name)}; stress is drawn as {', '.join(DRAWN)}")
+        raise QuantityError(f"no figure {shown(name)}; stress is drawn as {', '.join(DRAWN)}")
 
 
 def _drawn_body(

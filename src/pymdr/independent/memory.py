@@ -141,7 +141,7 @@ def follow_rings(
     """
     if relaxation.viscosity > 0.0:
         raise ProblemError(
-            "rings: a parallel dashpot (KelvinVoigt) makes the pressure infinite at a moving edge, which rings cannot "
+            "a parallel dashpot (KelvinVoigt) makes the pressure infinite at a moving edge, which rings cannot "
             "follow; use StandardSolid with a short relaxation time"
         )
     largest = max(float(target.max()) if by_force else 0.0, 0.0 if state is None else state.largest_force)

@@ -216,9 +216,7 @@ def _row(setting: PulledSetting, state: Pulled, time: list[float], target: list[
             state = _taken(trial, state, settled, length)._replace(step=length * min(most / moved, 1.5))
         if stop - state.time <= 1e-12 * span:
             return state
-    raise ConvergenceError(
-        f"rings: the row up to {stop:.6g} s needs more than {_STEPS} steps; give shorter rows"
-    )
+    raise ConvergenceError(f"the row up to {stop:.6g} s needs more than {_STEPS} steps; give shorter rows")
 
 
 def _trial(setting: PulledSetting, state: Pulled, length: float, target: float) -> _Trial:
@@ -356,7 +354,7 @@ def _solution(setting: PulledSetting, state: Pulled) -> RingSolution:
     count = int(np.sum((mesh.centres > inner) & (mesh.centres < c)))
     if count < _FEWEST:
         raise ProblemError(
-            f"rings: the zone of {metres(c - inner)} covers {count} rings and needs {_FEWEST}; use more rings or a longer range"
+            f"the zone of {metres(c - inner)} covers {count} rings and needs {_FEWEST}; use more rings or a longer range"
         )
     solved = solution_at(relaxation, mesh, corners_of(bodies.profile), state.surface)
     force = solved.force - math.pi * stress * c * c

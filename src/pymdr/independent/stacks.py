@@ -64,15 +64,15 @@ class Stack:
         n = len(self.thickness)
         if n == 0 or (len(self.young), len(self.poisson), len(self.bonded)) != (n + 1, n + 1, n):
             raise ProblemError(
-                f"Stack: {n} thicknesses, {len(self.young)} moduli, {len(self.poisson)} Poisson's ratios and {len(self.bonded)} "
+                f"{n} thicknesses, {len(self.young)} moduli, {len(self.poisson)} Poisson's ratios and {len(self.bonded)} "
                 "interfaces; n layers need n, n + 1, n + 1 and n, n of at least 1."
             )
         if not all(0 < h < math.inf for h in self.thickness):
-            raise ProblemError(f"Stack: thicknesses {self.thickness} m must be positive and finite.")
+            raise ProblemError(f"thicknesses {self.thickness} m must be positive and finite.")
         if not all(0 < e < math.inf for e in self.young[:n]) or not self.young[n] > 0:
-            raise ProblemError(f"Stack: moduli {self.young} Pa must be positive, those of layers finite.")
+            raise ProblemError(f"moduli {self.young} Pa must be positive, those of layers finite.")
         if not all(-1 < v <= 0.5 for v in self.poisson):
-            raise ProblemError(f"Stack: Poisson's ratios {self.poisson} must be above -1 and at most 0.5.")
+            raise ProblemError(f"Poisson's ratios {self.poisson} must be above -1 and at most 0.5.")
 
     @property
     def modulus(self) -> float:
@@ -267,7 +267,7 @@ def _quadrature(stack: Stack, span: float) -> tuple[Array, Array]:
     number = end / longest * _NODES
     if number > _MOST:
         raise ProblemError(
-            f"Stack: rings of radii up to {span / 2:.3g} m on a layer of {stack.thickness[0]:.3g} m need {number:.2g} nodes (limit "
+            f"rings of radii up to {span / 2:.3g} m on a layer of {stack.thickness[0]:.3g} m need {number:.2g} nodes (limit "
             f"{_MOST}); use a thicker layer or a smaller contact."
         )
     first = 1e-8 / (sum(stack.thickness) + span)

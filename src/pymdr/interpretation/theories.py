@@ -118,12 +118,12 @@ def equilibria_of(law: AdhesionLaw, profile: Profile, line: Line, top: float) ->
     theory = theory_of(law)
     if law.has_hysteresis:
         raise ProblemError(
-            f"{type(law).__name__}: with work_receding the states depend on the history of the edge, not on one curve; use solve or "
+            "with work_receding the states depend on the history of the edge, not on one curve; use solve or "
             "pull_off, or one work of adhesion, such as JKR(work)"
         )
     if theory.rising and line.turning_points(min(top, line.edge, line.max_radius)):
         raise ProblemError(
-            f"{type(law).__name__}: the equivalent profile decreases somewhere, but the theory of a cohesive zone needs an increasing "
+            "the equivalent profile decreases somewhere, but the theory of a cohesive zone needs an increasing "
             "one; use JKR(work), which solves such profiles where their contact is a disk"
         )
     return theory.curve(law, profile, line)
@@ -155,7 +155,7 @@ def rigid_pull_of(law: DMT, profile: Profile, line: Line) -> float:
     if profile.tip_radius is None:
         parts = profile.parts if isinstance(profile, Sum) else (profile,)
         raise ProblemError(
-            f"DMT: {' + '.join(type(part).__name__ for part in parts)} has no radius of curvature at the tip, so the attractive force "
+            f"{' + '.join(type(part).__name__ for part in parts)} has no radius of curvature at the tip, so the attractive force "
             "depends on the range; give DMT(work, range='0.3 nm')"
         )
     return float(dmt_pull(profile.tip_radius, law.work))

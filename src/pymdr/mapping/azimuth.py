@@ -111,14 +111,14 @@ def _refuse_saddle(shape: profiles.Function2D, radii: FloatArray) -> None:
     if nonzero.size and np.all(nonzero.min(axis=1) < -1e-6 * np.abs(nonzero).max(axis=1)):
         where = math.degrees(phi[int(np.argmin(nonzero[0]))])
         raise ProblemError(
-            f"Function2D: in the direction of {where:.3g} degrees the gap is below that at x = y = 0; the apex must be the lowest point "
+            f"in the direction of {where:.3g} degrees the gap is below that at x = y = 0; the apex must be the lowest point "
             "of the gap: put the origin at the apex, and give a gap that increases away from it"
         )
     if not gap.size:
         raise ProblemError(
-            "Function2D: the gap is not finite on any circle about x = y = 0 with a radius from 1e-12 m to 1 m; it must be finite there"
+            "the gap is not finite on any circle about x = y = 0 with a radius from 1e-12 m to 1 m; it must be finite there"
             if math.isinf(shape.max_radius)
-            else f"Function2D: the gap is not finite on circles about x = y = 0 within max_radius = {metres(shape.max_radius)}"
+            else f"the gap is not finite on circles about x = y = 0 within max_radius = {metres(shape.max_radius)}"
         )
 
 
@@ -135,7 +135,7 @@ def _(shape: profiles.Sampled2D) -> profiles.Profile:
     count = int(shape.max_radius / step * (1.0 + 1e-12))
     if count < 4:
         raise ProblemError(
-            f"Sampled2D: the apex is {count} pixels from the edge of the grid; at least 4 are needed for a mean over directions"
+            f"the apex is {count} pixels from the edge of the grid; at least 4 are needed for a mean over directions"
         )
     radius: FloatArray = step * np.arange(count + 1, dtype=float)
     directions = 2 ** math.ceil(math.log2(max(64.0, 8.0 * math.pi * count)))
@@ -237,7 +237,7 @@ def ray_table(shape: profiles.Shape, first: int, last: int, directions: int) -> 
     if lowest < -1e-6 * float(values.max()):
         where = np.unravel_index(int(np.argmin(values)), values.shape)
         raise ProblemError(
-            f"{type(shape).__name__}: in the direction of {math.degrees(phi[where[1]]):.3g} degrees the gap is below that at x = y = 0 "
+            f"in the direction of {math.degrees(phi[where[1]]):.3g} degrees the gap is below that at x = y = 0 "
             f"within {metres(float(radii[where[0]]))}; the apex must be the lowest point of the gap: put the origin at the apex"
         )
     s = low + _SPACING * np.arange(values.shape[0])

@@ -183,9 +183,7 @@ class Compliance:
     def pressed_through(self, s: FloatArray) -> FloatArray:
         """The normal stress on a frictionless base, as a part of the pressure wave on the surface."""
         if self.body.bond != "frictionless":
-            raise ProblemError(
-                "pressed_through: the layers are bonded to their base; give bond='frictionless'"
-            )
+            raise ProblemError("the layers are bonded to their base; give bond='frictionless'")
         base = _minors_of_base(self.body, self.body.top.shear)
         sliding, pressed = np.zeros((4, s.size)), np.zeros((4, s.size))
         sliding[1], pressed[0], pressed[2] = 1.0, -base[_UV], 1.0

@@ -488,7 +488,7 @@ def _flat_tail(source: SlopeSource, tail: Tail, slopes: Slopes, inner: float) ->
         )
         raise ProblemError(
             f"the tip of the profile is too flat: f ~ r^n, n = {1.0 + tail.power:.3g} at r = {metres(radius)}"
-            f"{open_}; exponents from {_FLATTEST:g} are resolved if n is constant there or Function.f is given: give f, or "
+            f"{open_}; exponents from {_FLATTEST:g} are resolved if n is constant there or f is given: give f, or "
             "use PowerLaw(exponent=...)"
         )
     return Tail(radius, tail.slope, n - 1.0, unresolved)

@@ -150,19 +150,19 @@ class Capillary(AdhesionLaw):
     def __post_init__(self) -> None:
         if self.volume is not None:
             raise ProblemError(
-                f"Capillary.volume = {written(self.volume, 'm^3')}: a meniscus of fixed volume pulls with a stress that changes with "
+                f"volume = {written(self.volume, 'm^3')}: a meniscus of fixed volume pulls with a stress that changes with "
                 "the gap, which is another law and not available; give humidity= or kelvin_radius= of a meniscus in equilibrium "
                 "with its vapour"
             )
         if (self.humidity is None) == (self.kelvin_radius is None):
             given = "neither" if self.humidity is None else "both"
             raise ProblemError(
-                f"Capillary: {given} of humidity and kelvin_radius given; name exactly one, for example Capillary(humidity=0.5)"
+                f"{given} of humidity and kelvin_radius given; name exactly one, for example Capillary(humidity=0.5)"
             )
         of_water = self.surface_tension is None or (self.humidity is not None and self.molar_volume is None)
         if of_water and not _COLDEST <= self.temperature <= _HOTTEST:
             raise ProblemError(
-                f"Capillary.temperature = {written(self.temperature, 'K', 6)}: the constants of water are known from {_COLDEST} K to "
+                f"temperature = {written(self.temperature, 'K', 6)}: the constants of water are known from {_COLDEST} K to "
                 f"{_HOTTEST} K; give surface_tension, and molar_volume with humidity"
             )
 

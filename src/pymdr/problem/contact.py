@@ -60,22 +60,18 @@ class Contact(Value):
 
     def __post_init__(self) -> None:
         if not isinstance(self.profile, Profile):
-            raise ProblemError(
-                f"Contact.profile = {self.profile!r}: a profile such as Sphere('10 mm') is needed"
-            )
+            raise ProblemError(f"profile = {self.profile!r}: a profile such as Sphere('10 mm') is needed")
         for name in ("body", "counterbody"):
             material = getattr(self, name)
             if not isinstance(material, Material):
                 raise ProblemError(
-                    f"Contact.{name} = {material!r}: a material such as Elastic('210 GPa', 0.3) is needed"
+                    f"{name} = {material!r}: a material such as Elastic('210 GPa', 0.3) is needed"
                 )
         exponent = common_exponent(self.body, self.counterbody)
         if not isinstance(self.adhesion, AdhesionLaw | None):
-            raise ProblemError(
-                f"Contact.adhesion = {self.adhesion!r}: a law such as JKR('50 mJ/m^2') is needed"
-            )
+            raise ProblemError(f"adhesion = {self.adhesion!r}: a law such as JKR('50 mJ/m^2') is needed")
         if not isinstance(self.friction, Coulomb | None):
-            raise ProblemError(f"Contact.friction = {self.friction!r}: a law such as Coulomb(0.3) is needed")
+            raise ProblemError(f"friction = {self.friction!r}: a law such as Coulomb(0.3) is needed")
         if self.adhesion is not None and self.friction is not None:
             self._refuse_sliding_adhesion(self.adhesion, self.friction)
         if isinstance(self.profile, ForceCurve):
@@ -88,7 +84,7 @@ class Contact(Value):
             self._refuse_memory()
         elif isinstance(self.adhesion, JKR) and self.adhesion.range is not None:
             raise ProblemError(
-                f"JKR.range = {metres(self.adhesion.range)} has no effect on bodies without memory, whose adhesion of short range does not depend "
+                f"adhesion range = {metres(self.adhesion.range)} has no effect on bodies without memory, whose adhesion of short range does not depend "
                 "on it; leave it out, or use MaugisDugdale(work, range=...)"
             )
         if self.layered is not None:

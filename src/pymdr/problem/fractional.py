@@ -84,8 +84,7 @@ class PowerLawRheology(Rheology):
         """The series that approximates it over a span, with its measured error."""
         if span is None:
             raise ProblemError(
-                "PowerLawRheology: a finite series needs a span of times; give for example "
-                "span = ('1 ms', '100 s')"
+                "a finite series needs a span of times; give for example span = ('1 ms', '100 s')"
             )
         first, last = _span(*span)
         return replace(self._whole(first, last, _SERIES_ERROR, _impulse), instantly_rigid=True)

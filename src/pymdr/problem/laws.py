@@ -96,12 +96,12 @@ class JKR(AdhesionLaw):
     def __post_init__(self) -> None:
         if self.work_receding is not None and self.work_receding < self.work:
             raise ProblemError(
-                f"JKR.work_receding = {written(self.work_receding, 'J/m^2')}: it must be at least work = "
+                f"work_receding = {written(self.work_receding, 'J/m^2')}: it must be at least work = "
                 f"{written(self.work, 'J/m^2')}, because separation takes at least the work that contact gains"
             )
         if self.work_receding is not None and self.range is not None:
             raise ProblemError(
-                "JKR: work_receding (hysteresis at any rate) and range (hysteresis by the memory of the bodies) exclude each other; give one of them"
+                "work_receding (hysteresis at any rate) and range (hysteresis by the memory of the bodies) exclude each other; give one of them"
             )
 
     @property
@@ -164,7 +164,7 @@ class MaugisDugdale(AdhesionLaw):
         if (self.strength is None) == (self.range is None):
             given = "neither" if self.strength is None else "both"
             raise ProblemError(
-                f"MaugisDugdale: {given} of strength and range given; name exactly one, "
+                f"{given} of strength and range given; name exactly one, "
                 "for example MaugisDugdale('50 mJ/m^2', strength='20 MPa')"
             )
 
@@ -232,12 +232,12 @@ class _CoefficientField(SIField):
         number = super().read(value)
         if number > _LARGEST_COEFFICIENT:
             raise ProblemError(
-                f"{self.owner}.{self.name} = {value!r}: slip above {_LARGEST_COEFFICIENT:g} cannot be "
+                f"{self.name} = {value!r}: slip above {_LARGEST_COEFFICIENT:g} cannot be "
                 "resolved; use Coulomb(math.inf) for contact without slip"
             )
         if 0.0 < number < _SMALLEST_COEFFICIENT:
             raise ProblemError(
-                f"{self.owner}.{self.name} = {value!r}: friction below {_SMALLEST_COEFFICIENT:g} cannot "
+                f"{self.name} = {value!r}: friction below {_SMALLEST_COEFFICIENT:g} cannot "
                 "be resolved; use Coulomb(0) for frictionless contact"
             )
         return number + 0.0  # no negative zero

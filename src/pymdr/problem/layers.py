@@ -58,18 +58,18 @@ class Layer(Value):
         if isinstance(self.material, Viscoelastic):
             if self.material.poisson is None:
                 raise ProblemError(
-                    "Layer.material has a constant bulk modulus, so that its Poisson's ratio changes in time and its stiffness relaxes "
+                    "material has a constant bulk modulus, so that its Poisson's ratio changes in time and its stiffness relaxes "
                     "differently at every contact radius; give poisson instead of bulk"
                 )
             return
         if not isinstance(self.material, Elastic):
             raise ProblemError(
-                f"Layer.material = {shown(self.material)}: layers are isotropic; give Elastic('1 MPa', 0.5) or "
+                f"material = {shown(self.material)}: layers are isotropic; give Elastic('1 MPa', 0.5) or "
                 "Viscoelastic(rheology, poisson=0.5)"
             )
         if self.material.thickness is not None:
             raise ProblemError(
-                f"Layer.material has a thickness of {metres(self.material.thickness)}, the layer one of "
+                f"material has a thickness of {metres(self.material.thickness)}, the layer one of "
                 f"{metres(self.thickness)}; give only that of the layer"
             )
 
@@ -110,15 +110,15 @@ class Layered(Material):
     def __post_init__(self) -> None:
         object.__setattr__(self, "layers", _as_layers(self.layers))
         if not isinstance(self.base, Rigid | Elastic):
-            raise ProblemError(f"Layered.base = {shown(self.base)}: a Rigid() or Elastic(...) base is needed")
+            raise ProblemError(f"base = {shown(self.base)}: a Rigid() or Elastic(...) base is needed")
         if isinstance(self.base, Elastic) and self.base.thickness is not None:
             raise ProblemError(
-                f"Layered.base has a thickness of {metres(self.base.thickness)}, but a base is a half-space; make it the last "
+                f"base has a thickness of {metres(self.base.thickness)}, but a base is a half-space; make it the last "
                 "layer on Rigid(), or leave the thickness out"
             )
         if not isinstance(self.bond, str) or self.bond not in BONDS:
             raise ProblemError(
-                f"Layered.bond = {shown(self.bond)}: it must be 'bonded' or 'frictionless' (the lowest layer slides on the base)"
+                f"bond = {shown(self.bond)}: it must be 'bonded' or 'frictionless' (the lowest layer slides on the base)"
             )
         if self.is_viscoelastic:
             self._refuse_several_relaxations()
@@ -170,14 +170,14 @@ class Layered(Material):
         first = self.layers[0].material
         if not isinstance(self.base, Rigid):
             raise ProblemError(
-                f"Layered: viscoelastic layers on an elastic base relax differently at every contact radius, and {remedy}"
+                f"viscoelastic layers on an elastic base relax differently at every contact radius, and {remedy}"
             )
         for number, layer in enumerate(self.layers, 1):
             if not isinstance(layer.material, Viscoelastic) or not isinstance(first, Viscoelastic):
-                raise ProblemError(f"Layered: elastic and viscoelastic layers are mixed: {remedy}")
+                raise ProblemError(f"elastic and viscoelastic layers are mixed: {remedy}")
             ratio = _complex_modulus(layer.material) / _complex_modulus(first)
             if np.max(np.abs(ratio / ratio[0] - 1.0)) > _ALIKE:
-                raise ProblemError(f"Layered: layer {number} relaxes differently from the first: {remedy}")
+                raise ProblemError(f"layer {number} relaxes differently from the first: {remedy}")
 
     @property
     def thickness(self) -> float:
@@ -199,16 +199,16 @@ def _poisson(material: Elastic | Viscoelastic) -> float:
 def _as_layers(layers: Any) -> tuple[Layer, ...]:
     if isinstance(layers, Layer) or not isinstance(layers, Iterable) or isinstance(layers, str):
         raise ProblemError(
-            f"Layered.layers = {shown(layers)}: a list of layers is needed, such as [Layer(Elastic('1 MPa', 0.5), '2 mm')]"
+            f"layers = {shown(layers)}: a list of layers is needed, such as [Layer(Elastic('1 MPa', 0.5), '2 mm')]"
         )
     entries = tuple(layers)
     for entry in entries:
         if not isinstance(entry, Layer):
             raise ProblemError(
-                f"Layered.layers holds {shown(entry)}: a Layer(Elastic('1 MPa', 0.5), '2 mm') is needed"
+                f"layers contains {shown(entry)}: a Layer(Elastic('1 MPa', 0.5), '2 mm') is needed"
             )
     if not 0 < len(entries) <= _MOST:
-        raise ProblemError(f"Layered.layers: 1 to {_MOST} layers are needed, not {len(entries)}")
+        raise ProblemError(f"layers: 1 to {_MOST} layers are needed, not {len(entries)}")
     return entries
 
 
@@ -216,6 +216,6 @@ def _refuse_ratio(name: str, values: list[float], unit: str, most: float, remedy
     low, high = min(values), max(values)
     if high > most * (1.0 + 1e-9) * low:
         raise ProblemError(
-            f"Layered: {name} of {low:.6g} {unit} and {high:.6g} {unit} differ by a factor of {high / low:.3g} (limit "
+            f"{name} of {low:.6g} {unit} and {high:.6g} {unit} differ by a factor of {high / low:.3g} (limit "
             f"{most:g}); {remedy}"
         )

@@ -31,7 +31,6 @@ class CoordinateField:
 
     def __set_name__(self, owner: type, name: str) -> None:
         self.name = name
-        self.owner = owner.__name__
 
     @overload
     def __get__(self, instance: None, owner: type) -> CoordinateField: ...
@@ -51,7 +50,7 @@ class CoordinateField:
 
     def read(self, value: Coordinate) -> Coefficients:
         """Names of bodies and their factors."""
-        return coefficients(value, f"{self.owner}.{self.name}", needed=self.needed)
+        return coefficients(value, self.name, needed=self.needed)
 
 
 class WavesField(OptionalArrayField):
@@ -71,7 +70,7 @@ class WavesField(OptionalArrayField):
 
     def read(self, values: ArrayQuantityLike) -> FloatArray:
         """Convert one value or several to a read-only SI array of one dimension."""
-        array = np.array(to_si_array(values, self.unit, name=f"{self.owner}.{self.name}"), ndmin=1)
+        array = np.array(to_si_array(values, self.unit, name=self.name), ndmin=1)
         array.flags.writeable = False
         return super().read(array)
 
@@ -249,7 +248,7 @@ class Spring(Link):
     def __post_init__(self) -> None:
         if self.stiffness == 0.0 == self.damping:
             raise ProblemError(
-                "Spring: stiffness and damping are both 0; give stiffness in N/m, damping in N s/m, or both above 0"
+                "stiffness and damping are both 0; give stiffness in N/m, damping in N s/m, or both above 0"
             )
 
 
@@ -298,7 +297,7 @@ class Joint(Link):
     def __post_init__(self) -> None:
         require_contact(self.contact)
         if not self.normal and not self.tangential:
-            raise ProblemError("Joint: neither normal nor tangential is given; name the bodies that move it")
+            raise ProblemError("neither normal nor tangential is given; name the bodies that move it")
         _check_name(self)
 
 
@@ -383,20 +382,20 @@ class Machine(Value):
             parts = tuple(values) if isinstance(values, Iterable) else (values,)
             for part in parts:
                 if not isinstance(part, kind):
-                    raise ProblemError(f"Machine.{key}: {shown(part)} is not a {words}")
+                    raise ProblemError(f"{key}: {shown(part)} is not a {words}")
             object.__setattr__(self, key, parts)
         _unique([body.name for body in self.bodies], "bodies")
         _unique([joint.name for joint in self.joints], "joints")
         if all(isinstance(body, Drive) for body in self.bodies):
-            raise ProblemError("Machine: no body is free to move; give a Mass or a Rotor")
+            raise ProblemError("no body is free to move; give a Mass or a Rotor")
         driven = {body.name for body in self.bodies if isinstance(body, Drive)}
         for link in self.links:
             for key in ("between", "normal", "tangential", "on"):
                 for name, _ in getattr(link, key, ()):
-                    self._require(name, f"{type(link).__name__}.{key}")
+                    self._require(name, key)
                     if isinstance(link, Force) and name in driven:
                         raise ProblemError(
-                            f"Force.on: {name!r} is a Drive, whose motion is given; push a Mass or a Rotor"
+                            f"on = {name!r} is a Drive, whose motion is given; push a Mass or a Rotor"
                         )
 
     @property
@@ -424,7 +423,7 @@ def coefficients(given: Any, where: str, *, needed: bool = True) -> Coefficients
 
     Examples
     --------
-    >>> coefficients(("ball", "wall"), "Joint.normal")
+    >>> coefficients(("ball", "wall"), "normal")
     (('ball', 1.0), ('wall', -1.0))
     """
     remedy = "give a body, a pair (first minus second), or bodies with factors such as {'ball': -1}"
@@ -455,27 +454,25 @@ def coefficients(given: Any, where: str, *, needed: bool = True) -> Coefficients
 def _unique(names: Sequence[str], where: str) -> None:
     twice = next((name for i, name in enumerate(names) if name in names[:i]), None)
     if twice is not None:
-        raise ProblemError(f"Machine: {twice!r} is named twice in {where}; names must differ")
+        raise ProblemError(f"the name {twice!r} occurs twice in {where}; names must differ")
 
 
 def _check_name(value: Body | Joint) -> None:
     if not isinstance(value.name, str) or not value.name.strip():
-        raise ProblemError(
-            f"{type(value).__name__}.name = {shown(value.name)}; a text is needed, such as 'slider'"
-        )
+        raise ProblemError(f"name = {shown(value.name)}; a text is needed, such as 'slider'")
 
 
 def _check_waves(value: Drive | Force) -> None:
     """Equal numbers of amplitudes, frequencies and phases; frequencies above 0."""
-    owner, count = type(value).__name__, value.amplitude.size
+    count = value.amplitude.size
     if value.phase.size == 0:
         object.__setattr__(value, "phase", np.zeros(count))
     if not value.frequency.size == value.phase.size == count:
         raise ProblemError(
-            f"{owner}: {count} amplitudes, {value.frequency.size} frequencies and {value.phase.size} phases; give one of each for every "
+            f"{count} amplitudes, {value.frequency.size} frequencies and {value.phase.size} phases; give one of each for every "
             "wave"
         )
     if not np.all(value.frequency > 0.0):
         raise ProblemError(
-            f"{owner}.frequency = {shown(float(value.frequency.min()))} Hz; it must be above 0 Hz; give a constant by its own key"
+            f"frequency = {shown(float(value.frequency.min()))} Hz; it must be above 0 Hz; give a constant by its own key"
         )

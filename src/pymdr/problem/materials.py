@@ -4,25 +4,13 @@ from __future__ import annotations
 
 import sys
 from abc import ABC
-from copy import copy
 from dataclasses import KW_ONLY, InitVar, dataclass, fields
 from typing import NamedTuple
 
 from pymdr.errors import ProblemError
 from pymdr.problem.rheology import Rheology
 from pymdr.problem.values import OptionalSIField, SIField, Value
-from pymdr.units import QuantityLike, shown
-
-
-class _BodyField(OptionalSIField):
-    """A field of all bodies; its errors name the class of the body."""
-
-    def __set__(self, instance: object, value: QuantityLike | None) -> None:
-        if value is not None:
-            own = copy(self)
-            own.owner = type(instance).__name__
-            value = own.read(value)
-        instance.__dict__[self.name] = value
+from pymdr.units import shown
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -50,11 +38,13 @@ class Material(Value, ABC):
     Rigid(resistivity=1.7e-08)
     """
 
-    thermal_conductivity: OptionalSIField = _BodyField(
+    thermal_conductivity: OptionalSIField = OptionalSIField(
         "W/(m*K)", above=0.0, description="thermal conductivity"
     )
-    resistivity: OptionalSIField = _BodyField("ohm*m", above=0.0, description="electrical resistivity")
-    thermal_diffusivity: OptionalSIField = _BodyField("m^2/s", above=0.0, description="thermal diffusivity")
+    resistivity: OptionalSIField = OptionalSIField("ohm*m", above=0.0, description="electrical resistivity")
+    thermal_diffusivity: OptionalSIField = OptionalSIField(
+        "m^2/s", above=0.0, description="thermal diffusivity"
+    )
 
     def __repr__(self) -> str:
         names = sorted((f.name for f in fields(self)), key=lambda name: name in Material.__dataclass_fields__)
@@ -217,14 +207,14 @@ class TransverselyIsotropic(Material):
                 else "no constants are given"
             )
             raise ProblemError(
-                f"TransverselyIsotropic: {fault}; give the stiffnesses {', '.join(_STIFFNESSES)}, or "
+                f"{fault}; give the stiffnesses {', '.join(_STIFFNESSES)}, or "
                 f"the engineering constants {', '.join(_ENGINEERING)}"
             )
         names = _STIFFNESSES if given[0] else _ENGINEERING
         missing = [name for name in names if getattr(self, name) is None]
         if missing:
             raise ProblemError(
-                f"TransverselyIsotropic: {' and '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing; "
+                f"{' and '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing; "
                 f"{', '.join(names)} are needed together"
             )
         if given[0]:
@@ -236,12 +226,12 @@ class TransverselyIsotropic(Material):
         c11, c33, c13, _, c66 = self.stiffnesses
         if not c11 > c66:
             raise ProblemError(
-                f"TransverselyIsotropic: the stiffnesses are not positive definite: c11 = {c11:.6g} Pa must exceed "
+                f"the stiffnesses are not positive definite: c11 = {c11:.6g} Pa must exceed "
                 f"c66 = {c66:.6g} Pa"
             )
         if not (c11 - c66) * c33 > c13**2:
             raise ProblemError(
-                "TransverselyIsotropic: the stiffnesses are not positive definite: (c11 - c66) c33 = "
+                "the stiffnesses are not positive definite: (c11 - c66) c33 = "
                 f"{(c11 - c66) * c33:.6g} Pa^2 must exceed c13^2 = {c13**2:.6g} Pa^2"
             )
 
@@ -250,7 +240,7 @@ class TransverselyIsotropic(Material):
         if self._spare_volume < -_ROUNDING:
             largest = (1.0 - poisson_plane) * young_axis / (2.0 * young_plane)
             raise ProblemError(
-                "TransverselyIsotropic: the stiffnesses are not positive definite: poisson_axis^2 = "
+                "the stiffnesses are not positive definite: poisson_axis^2 = "
                 f"{poisson_axis**2:.6g} must be at most (1 - poisson_plane) young_axis / (2 young_plane) = {largest:.6g}"
             )
 
@@ -377,29 +367,25 @@ class Viscoelastic(Material):
             self._take_young(young)
         if not isinstance(self.shear, Rheology):
             raise ProblemError(
-                f"Viscoelastic.shear = {shown(self.shear)}: a rheology such as StandardSolid('1 MPa', '3 MPa', '10 ms') "
+                f"shear = {shown(self.shear)}: a rheology such as StandardSolid('1 MPa', '3 MPa', '10 ms') "
                 "is needed"
             )
         if (self.poisson is None) == (self.bulk is None):
             given = "neither poisson nor bulk is" if self.poisson is None else "both poisson and bulk are"
             raise ProblemError(
-                f"Viscoelastic: {given} given; give the one that is constant in time, such as poisson = 0.5 for an "
+                f"{given} given; give the one that is constant in time, such as poisson = 0.5 for an "
                 "incompressible body"
             )
 
     def _take_young(self, young: Rheology) -> None:
         if self.shear is not None:
-            raise ProblemError(
-                "Viscoelastic: both shear and young are given; give one of them (young = 2 (1 + nu) shear)"
-            )
+            raise ProblemError("both shear and young are given; give one of them (young = 2 (1 + nu) shear)")
         if not isinstance(young, Rheology):
             raise ProblemError(
-                f"Viscoelastic.young = {shown(young)}: a rheology such as StandardSolid('1 MPa', '3 MPa', '10 ms') is needed"
+                f"young = {shown(young)}: a rheology such as StandardSolid('1 MPa', '3 MPa', '10 ms') is needed"
             )
         if self.poisson is None:
-            raise ProblemError(
-                "Viscoelastic: young needs poisson (E = 2 (1 + nu) G); give poisson, or shear with bulk"
-            )
+            raise ProblemError("young needs poisson (E = 2 (1 + nu) G); give poisson, or shear with bulk")
         object.__setattr__(self, "shear", young.scaled(0.5 / (1.0 + self.poisson)))
 
     @property

@@ -63,10 +63,10 @@ class MeasuredSamples(Value):
     def __post_init__(self) -> None:
         if (self.indentation is None) == (self.travel is None):
             given = "none" if self.travel is None else "both"
-            raise ProblemError(f"MeasuredCurve: give exactly one of indentation and travel ({given} given)")
+            raise ProblemError(f"give exactly one of indentation and travel ({given} given)")
         if self.travel is not None and self.spring_constant is None:
             raise ProblemError(
-                "MeasuredCurve: travel = indentation + force / spring_constant needs the spring_constant, such as '0.1 N/m'"
+                "travel = indentation + force / spring_constant needs the spring_constant, such as '0.1 N/m'"
             )
         n = self.force.size
         for name in ("outliers", "saturated"):
@@ -78,24 +78,22 @@ class MeasuredSamples(Value):
             column = getattr(self, name)
             if column is not None and column.size != n:
                 raise ProblemError(
-                    f"MeasuredCurve: {n} forces, but {column.size} entries of {name}; give one for each force"
+                    f"{n} forces, but {column.size} entries of {name}; give one for each force"
                 )
         if n < _LEAST:
-            raise ProblemError(f"MeasuredCurve: {n} sample{'s' * (n != 1)}; at least {_LEAST} are needed")
+            raise ProblemError(f"{n} sample{'s' * (n != 1)}; at least {_LEAST} are needed")
         for column, unit, name in ((self.force, "N", "force"), (self.position, "m", "position")):
-            within_range(
-                float(np.max(np.abs(column))), unit, f"MeasuredCurve: the largest {name}", limited=True
-            )
+            within_range(float(np.max(np.abs(column))), unit, f"the largest {name}", limited=True)
             if (spread := float(np.ptp(column))) > 0.0:
-                within_range(spread, unit, f"MeasuredCurve: the range of the {name}", size=True)
+                within_range(spread, unit, f"the range of the {name}", size=True)
         if self.time is not None and not np.all(np.diff(self.time) > 0.0):
             i = int(np.argmin(np.diff(self.time)))
             raise ProblemError(
-                f"MeasuredCurve.time[{i + 1}] = {self.time[i + 1]:g} s is not above {self.time[i]:g} s: times must rise; sort the samples and average those of equal time"
+                f"time[{i + 1}] = {self.time[i + 1]:g} s is not above {self.time[i]:g} s: times must rise; sort the samples and average those of equal time"
             )
         if self.segment not in SEGMENTS:
             raise ProblemError(
-                f"MeasuredCurve.segment = {self.segment!r}: it must be {', '.join(SEGMENTS[:3])}, or empty for a complete record"
+                f"segment = {self.segment!r}: it must be {', '.join(SEGMENTS[:3])}, or empty for a complete record"
             )
 
     @property

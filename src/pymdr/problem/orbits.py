@@ -57,10 +57,10 @@ def circle(
     >>> mdr.circle(shift="1 um", steps=4).shift[1:].round(9).tolist()[:2]
     [[0.0, 1e-06], [-1e-06, 0.0]]
     """
-    name, radius = _one("circle", {"shift": shift, "tangential_force": tangential_force})
-    size = to_si(radius, _CHANNELS[name], name=f"circle: {name}")
-    rows = _rows("circle", steps, turns)
-    return _orbit("circle", name, np.array([size, size]), (1.0, 1.0), 0.5 * math.pi, (turns, rows), center)
+    name, radius = _one({"shift": shift, "tangential_force": tangential_force})
+    size = to_si(radius, _CHANNELS[name], name=name)
+    rows = _rows(steps, turns)
+    return _orbit(name, np.array([size, size]), (1.0, 1.0), 0.5 * math.pi, (turns, rows), center)
 
 
 def lissajous(
@@ -107,7 +107,7 @@ def lissajous(
     >>> mdr.lissajous(shift=("1 um", "0.5 um"), frequencies=(1, 2), steps=8).shift[1].round(9).tolist()
     [7.07e-07, 5e-07]
     """
-    name, pair = _one("lissajous", {"shift": shift, "tangential_force": tangential_force})
+    name, pair = _one({"shift": shift, "tangential_force": tangential_force})
     sizes = to_si_array(pair, _CHANNELS[name], name=name)
     if sizes.shape != (2,):
         raise PathError(f"{name} = {shown(pair)}; give a pair of amplitudes along x and y")
@@ -115,28 +115,27 @@ def lissajous(
     if both.shape != (2,) or not np.all((both > 0.0) & np.isfinite(both)):
         raise PathError(f"frequencies = {shown(frequencies)}; give a pair of numbers above 0")
     at = to_si(phase, "rad", name="phase")
-    rows = _rows("lissajous", steps, turns)
-    return _orbit("lissajous", name, sizes, (float(both[0]), float(both[1])), at, (turns, rows), center)
+    rows = _rows(steps, turns)
+    return _orbit(name, sizes, (float(both[0]), float(both[1])), at, (turns, rows), center)
 
 
-def _one(owner: str, given: dict[str, Any]) -> tuple[str, Any]:
+def _one(given: dict[str, Any]) -> tuple[str, Any]:
     named = {name: value for name, value in given.items() if value is not None}
     if len(named) != 1:
-        raise PathError(f"{owner}: give either shift or tangential_force, for example shift='1 um'")
+        raise PathError("give either shift or tangential_force, for example shift='1 um'")
     return next(iter(named.items()))
 
 
-def _rows(owner: str, steps: int | None, turns: float) -> int:
+def _rows(steps: int | None, turns: float) -> int:
     if not 0.0 < abs(turns) <= 1e9:
-        raise PathError(f"{owner}: turns = {shown(turns)}; give a number other than 0, at most 1e9")
+        raise PathError(f"turns = {shown(turns)}; give a number other than 0, at most 1e9")
     rows = math.ceil(64.0 * abs(turns)) if steps is None else steps
     if isinstance(rows, bool) or not isinstance(rows, int | np.integer) or rows < 1:
-        raise PathError(f"{owner}: steps = {shown(steps)}; a whole number of at least 1 is needed")
+        raise PathError(f"steps = {shown(steps)}; a whole number of at least 1 is needed")
     return int(rows)
 
 
 def _orbit(
-    owner: str,
     name: str,
     sizes: FloatArray,
     frequencies: tuple[float, float],
@@ -146,10 +145,10 @@ def _orbit(
 ) -> Path:
     unit = _CHANNELS[name]
     if not np.all(sizes > 0.0):
-        raise PathError(f"{owner}: {name} = {written(float(sizes.min()), unit)}; it must be above 0 {unit}")
-    middle = to_si_array(center, unit, name=f"{owner}: center")
+        raise PathError(f"{name} = {written(float(sizes.min()), unit)}; it must be above 0 {unit}")
+    middle = to_si_array(center, unit, name="center")
     if middle.shape != (2,):
-        raise PathError(f"{owner}: center = {shown(center)}; give a pair (x, y)")
+        raise PathError(f"center = {shown(center)}; give a pair (x, y)")
     angle = 2.0 * math.pi * turns[0] * np.arange(turns[1] + 1.0) / turns[1]
     x = np.sin(frequencies[0] * angle + phase)
     y = np.sin(frequencies[1] * angle)

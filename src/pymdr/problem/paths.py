@@ -80,25 +80,24 @@ def named_channels(leg: Leg) -> tuple[str, ...]:
 
 def _check_channels(leg: Leg, example: str) -> None:
     named = named_channels(leg)
-    owner = type(leg).__name__
     if not named:
-        raise PathError(f"{owner}: no channel is prescribed; give for example {example}")
+        raise PathError(f"no channel is prescribed; give for example {example}")
     for group in (NORMAL_CHANNELS, TANGENTIAL_CHANNELS):
         both = [name for name in named if name in group]
         if len(both) > 1:
-            raise PathError(f"{owner}: {' and '.join(both)} cannot both be prescribed; name one of them")
+            raise PathError(f"{' and '.join(both)} cannot both be prescribed; name one of them")
 
 
 _MOST = 10**15
 """Largest number of rows: beyond any memory, exact as a float."""
 
 
-def _check_steps(owner: str, steps: Any) -> None:
+def _check_steps(steps: Any) -> None:
     if isinstance(steps, bool) or not isinstance(steps, int | np.integer) or steps < 1:
-        raise PathError(f"{owner}.steps = {shown(steps)}: a whole number of at least 1 is needed")
+        raise PathError(f"steps = {shown(steps)}: a whole number of at least 1 is needed")
     if steps > _MOST:
         raise PathError(
-            f"{owner}.steps = {float(min(steps, 10**300)):.3g}: at most {_MOST:.0e} rows are possible; use fewer steps"
+            f"steps = {float(min(steps, 10**300)):.3g}: at most {_MOST:.0e} rows are possible; use fewer steps"
         )
 
 
@@ -125,20 +124,18 @@ class _RateField(OptionalSIField):
                     raise
                 number, unit = self._other_rate(value)
                 if not number > 0.0:
-                    raise PathError(
-                        f"{self.owner}.{self.name} = {shown(value)}: it must be above 0 {unit}"
-                    ) from None
+                    raise PathError(f"{self.name} = {shown(value)}: it must be above 0 {unit}") from None
         instance.__dict__[self.name] = number
         instance.__dict__["_rate_unit"] = unit
 
     def _other_rate(self, value: str) -> tuple[float, str]:
         for unit in ("N/s", "rad/s", "N*m/s"):
             try:
-                return to_si(value, unit, name=f"{self.owner}.{self.name}"), unit
+                return to_si(value, unit, name=self.name), unit
             except UnitError:
                 continue
         raise UnitError(
-            f"{self.owner}.{self.name} = {shown(value)}: give a speed such as '1 um/s', a rate of force such as '1 N/s', of "
+            f"{self.name} = {shown(value)}: give a speed such as '1 um/s', a rate of force such as '1 N/s', of "
             "twist such as '1 mrad/s' or of torque such as '1 N*m/s'"
         )
 
@@ -204,7 +201,7 @@ class Ramp(Leg):
     )
 
     def __post_init__(self) -> None:
-        _check_steps("Ramp", self.steps)
+        _check_steps(self.steps)
         self._check_rate()
         object.__setattr__(self, "steps", int(self.steps))
         _check_channels(self, "a target such as indentation='1 um' or normal_force='50 N'")
@@ -247,7 +244,7 @@ class Hold(Leg):
     steps: int = 1
 
     def __post_init__(self) -> None:
-        _check_steps("Hold", self.steps)
+        _check_steps(self.steps)
         object.__setattr__(self, "steps", int(self.steps))
 
 
@@ -300,7 +297,7 @@ class Cycle(Leg):
         if self.cycles > _MOST:
             raise PathError(f"Cycle.cycles = {shown(self.cycles)}: it must be at most {_MOST:.0e}")
         steps = 40 * self.cycles if self.steps is None else self.steps
-        _check_steps("Cycle", steps)
+        _check_steps(steps)
         if steps % (4 * self.cycles):
             raise PathError(
                 f"Cycle.steps = {steps}: it must be a multiple of {4 * self.cycles}, so that the "
@@ -381,34 +378,30 @@ class Path(Leg):
         named = named_channels(self)
         size = len(getattr(self, named[0]))
         if size == 0:
-            raise PathError(f"Path.{named[0]} is empty: at least one sample is needed")
+            raise PathError(f"{named[0]} is empty: at least one sample is needed")
         for name in named[1:]:
             if len(getattr(self, name)) != size:
                 raise PathError(
-                    f"Path: {size} samples of {named[0]} and {len(getattr(self, name))} of {name}; give equal "
+                    f"{size} samples of {named[0]} and {len(getattr(self, name))} of {name}; give equal "
                     "numbers"
                 )
         for name in named:
-            values = within_range(getattr(self, name), type(self).__dict__[name].unit, f"Path.{name}")
+            values = within_range(getattr(self, name), type(self).__dict__[name].unit, name)
             object.__setattr__(self, name, values)
         time = self.time
         if time is None:
             return
         if time.size != size:
-            raise PathError(
-                f"Path: {time.size} times for {size} samples of {named[0]}; give one time per sample"
-            )
+            raise PathError(f"{time.size} times for {size} samples of {named[0]}; give one time per sample")
         if np.any(np.diff(time) <= 0.0):
             i = int(np.argmax(np.diff(time) <= 0.0))
             raise PathError(
-                f"Path.time must rise strictly, but entries {i + 1} and {i + 2} are {time[i]:.12g} s and "
+                f"time must rise strictly, but entries {i + 1} and {i + 2} are {time[i]:.12g} s and "
                 f"{time[i + 1]:.12g} s; sort the rows and average those of equal time (numbers of this size differ by "
                 f"{np.spacing(time[i + 1]):.1g} s)"
             )
         if self.relative_time and size < 2:
-            raise PathError(
-                "Path.relative_time: one sample has no sampling interval; give its time in the path"
-            )
+            raise PathError("relative_time: one sample has no sampling interval; give its time in the path")
 
     @property
     def steps(self) -> int:
@@ -441,7 +434,7 @@ class History(LoadingPath):
         for number, leg in enumerate(parts, 1):
             if not isinstance(leg, Leg):
                 raise PathError(
-                    f"History.legs: leg {number} is {shown(leg)}; every entry must be a leg such as load('50 N')"
+                    f"leg {number} is {shown(leg)}; every entry must be a leg such as load('50 N')"
                 )
         object.__setattr__(self, "legs", parts)
 

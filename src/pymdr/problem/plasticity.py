@@ -73,7 +73,7 @@ class ElasticPlastic(Material):
         for name in ("apparent_radius", "wall_factor"):
             value = getattr(self, name)
             if not isinstance(value, bool):
-                raise ProblemError(f"ElasticPlastic.{name} = {shown(value)}: True or False is needed")
+                raise ProblemError(f"{name} = {shown(value)}: True or False is needed")
 
     @property
     def shear(self) -> float:

@@ -82,10 +82,10 @@ class Rheology(Value, ABC):
         return replace(self, **{name: factor * value for name, value in given if value is not None})
 
     def _times(self, time: ArrayQuantityLike) -> FloatArray:
-        return _not_negative(time, "s", f"{type(self).__name__}: time")
+        return _not_negative(time, "s", "time")
 
     def _frequencies(self, omega: ArrayQuantityLike) -> FloatArray:
-        return _not_negative(omega, "rad/s", f"{type(self).__name__}: omega")
+        return _not_negative(omega, "rad/s", "omega")
 
 
 def _not_negative(values: ArrayQuantityLike, unit: str, name: str) -> FloatArray:
@@ -154,24 +154,20 @@ class Prony(SpringsAndDashpots):
 
     def __post_init__(self) -> None:
         if self.moduli.size != self.times.size:
-            raise ProblemError(
-                f"Prony: {self.moduli.size} moduli for {self.times.size} times; give one for each"
-            )
+            raise ProblemError(f"{self.moduli.size} moduli for {self.times.size} times; give one for each")
         for name, unit in (("moduli", "Pa"), ("times", "s")):
             values = getattr(self, name)
             if np.any(values <= 0.0):
                 i = int(np.argmax(values <= 0.0))
-                raise ProblemError(f"Prony.{name}[{i}] = {values[i]:g} {unit}: it must be above 0 {unit}")
+                raise ProblemError(f"{name}[{i}] = {values[i]:g} {unit}: it must be above 0 {unit}")
             for value in values:
-                within_range(value, unit, f"Prony.{name}", size=True)
+                within_range(value, unit, name, size=True)
         if self.equilibrium == 0.0 and not self.moduli.size:
-            raise ProblemError("Prony: equilibrium = 0 Pa without moduli; give at least one of them")
+            raise ProblemError("equilibrium = 0 Pa without moduli; give at least one of them")
         rising = np.sort(self.times)
         if np.any(rising[1:] == rising[:-1]):
             twice = float(rising[int(np.argmax(rising[1:] == rising[:-1]))])
-            raise ProblemError(
-                f"Prony.times: {written(twice, 's')} occurs twice; add the moduli of the two terms"
-            )
+            raise ProblemError(f"times: {written(twice, 's')} occurs twice; add the moduli of the two terms")
 
     @classmethod
     def from_relaxation(
@@ -328,7 +324,7 @@ class Maxwell(SpringsAndDashpots):
     def __post_init__(self) -> None:
         if (self.time is None) == (self.viscosity is None):
             given = "neither time nor viscosity is" if self.time is None else "both time and viscosity are"
-            raise ProblemError(f"Maxwell: {given} given; give one of them")
+            raise ProblemError(f"{given} given; give one of them")
 
     @property
     def relaxation_time(self) -> float:

@@ -71,9 +71,7 @@ class RoughSurface(Value):
     def __post_init__(self) -> None:
         whole = isinstance(self.seed, int | np.integer) and not isinstance(self.seed, bool)
         if not whole or self.seed < 0:
-            raise ProblemError(
-                f"RoughSurface.seed = {shown(self.seed)}: a whole number of at least 0 is needed"
-            )
+            raise ProblemError(f"seed = {shown(self.seed)}: a whole number of at least 0 is needed")
         object.__setattr__(self, "seed", int(self.seed))
         for name, limit in (
             ("the longest wavelength", self.roll_off),
@@ -81,7 +79,7 @@ class RoughSurface(Value):
         ):
             if not self.shortest < limit:
                 raise ProblemError(
-                    f"RoughSurface.shortest = {metres(self.shortest)}: it must be below {name}, {metres(limit)}; give "
+                    f"shortest = {metres(self.shortest)}: it must be below {name}, {metres(limit)}; give "
                     "a shorter wavelength or a larger patch"
                 )
 

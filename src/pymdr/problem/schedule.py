@@ -72,7 +72,7 @@ class Planned:
                 return np.asarray(leg.time - (2.0 * leg.time[0] - leg.time[1]) + begin)
             if leg.time[0] <= begin and self.number > 1:
                 raise PathError(
-                    f"leg {self.number}: Path.time begins at {leg.time[0]:g} s, but the preceding legs end at {begin:g} s; "
+                    f"leg {self.number}: time begins at {leg.time[0]:g} s, but the preceding legs end at {begin:g} s; "
                     "times count from the start of the whole path"
                 )
             return np.asarray(leg.time)

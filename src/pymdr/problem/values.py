@@ -47,7 +47,7 @@ def with_named_callables(value: Value, *names: str) -> dict[str, Any]:
     state = dict(value.__dict__)
     for name in names:
         if state[name] is not None:
-            state[name] = Named(state[name], f"{type(value).__name__}.{name}")
+            state[name] = Named(state[name], name)
     return state
 
 
@@ -233,7 +233,6 @@ class SIField:
 
     def __set_name__(self, owner: type, name: str) -> None:
         self.name = name
-        self.owner = owner.__name__
 
     @overload
     def __get__(self, instance: None, owner: type) -> SIField: ...
@@ -262,15 +261,15 @@ class SIField:
         if self.default is not None and isinstance(value, float) and value == self.default:
             return value
         try:
-            number = to_si(value, self.unit, name=f"{self.owner}.{self.name}")
+            number = to_si(value, self.unit, name=self.name)
         except UnitError as error:
             if not self.hint:
                 raise
             raise UnitError(f"{error}; {self.hint}") from error
         if not (self.above < number < self.below and self.at_least <= number <= self.at_most):
-            raise ProblemError(f"{self.owner}.{self.name} = {shown(value)}: it must be {self.limits}")
+            raise ProblemError(f"{self.name} = {shown(value)}: it must be {self.limits}")
         limited = max(self.above, self.at_least) > -math.inf
-        name = f"{self.owner}.{self.name}"
+        name = self.name
         return float(within_range(number, self.unit, name, size=self.above == 0.0, limited=limited))
 
 
@@ -300,7 +299,7 @@ class OptionalPlaneField(OptionalSIField):
         """Convert one value, or a pair of components, to SI."""
         if not isinstance(value, list | tuple) and np.ndim(getattr(value, "magnitude", value)) == 0:
             return super().read(value)
-        name = f"{self.owner}.{self.name}"
+        name = self.name
         pair = to_si_array(value, self.unit, name=name)
         if pair.shape != (2,):
             size = " x ".join(map(str, pair.shape))
@@ -321,7 +320,6 @@ class OptionalArrayField:
 
     def __set_name__(self, owner: type, name: str) -> None:
         self.name = name
-        self.owner = owner.__name__
 
     @overload
     def __get__(self, instance: None, owner: type) -> OptionalArrayField: ...
@@ -337,11 +335,9 @@ class OptionalArrayField:
 
     def read(self, values: ArrayQuantityLike) -> FloatArray:
         """Convert to a read-only SI array of one dimension."""
-        array = to_si_array(values, self.unit, name=f"{self.owner}.{self.name}")
+        array = to_si_array(values, self.unit, name=self.name)
         if array.ndim != 1:
-            raise ProblemError(
-                f"{self.owner}.{self.name}: a one-dimensional array is needed, not shape {array.shape}"
-            )
+            raise ProblemError(f"{self.name}: a one-dimensional array is needed, not shape {array.shape}")
         return array
 
 
@@ -350,10 +346,10 @@ class OptionalPlaneArrayField(OptionalArrayField):
 
     def read(self, values: ArrayQuantityLike) -> FloatArray:
         """Convert to a read-only SI array of shape (n,) or (n, 2)."""
-        array = to_si_array(values, self.unit, name=f"{self.owner}.{self.name}")
+        array = to_si_array(values, self.unit, name=self.name)
         if array.ndim != 1 and array.shape[1:] != (2,):
             raise ProblemError(
-                f"{self.owner}.{self.name} has the shape {array.shape}; give one value per row, or a pair (x, y) per row: the normal "
+                f"{self.name} has the shape {array.shape}; give one value per row, or a pair (x, y) per row: the normal "
                 "direction has its own channels"
             )
         return array
@@ -382,7 +378,7 @@ class SidesField(ArrayField):
 
     def read(self, values: ArrayQuantityLike) -> FloatArray:
         """Convert to a pair of SI lengths."""
-        name = f"{self.owner}.{self.name}"
+        name = self.name
         sides = np.atleast_1d(to_si_array(values, self.unit, name=name))
         if sides.shape not in ((1,), (2,)) or not np.all(sides > 0.0):
             raise ProblemError(

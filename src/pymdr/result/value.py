@@ -515,7 +515,7 @@ class Result(Checked):
         figures = plots.figures(plots.data)
         if not isinstance(name, str) or name not in figures:
             hint = f"; for a row write step={name}" if isinstance(name, int) else ""
-            raise QuantityError(f"plot: {shown(name)}; figures are {', '.join(figures)}, stress{hint}")
+            raise QuantityError(f"no figure {shown(name)}; figures are {', '.join(figures)}, stress{hint}")
         return figures[name]
 
     def figures(self, step: int = -1) -> dict[str, mpl.figure.Figure]:

@@ -312,10 +312,13 @@ def _rows_of(result: Result, steps: Sequence[int] | None) -> tuple[list[int], st
         given = np.atleast_1d(np.asarray(steps))
         if given.ndim != 1 or given.dtype.kind not in "iu" or not np.all((given >= -count) & (given < count)):
             raise ProblemError(f"steps = {shown(steps)}; rows of the result from 0 to {count - 1} are needed")
-        rows, what = [int(i) % count for i in given], "rows as given"
+        rows, what = [int(i) % count for i in given], "as given"
     if len(rows) < 2:
         raise ProblemError(f"{len(rows)} row{'s' * (len(rows) != 1)}; a cycle needs at least 2 rows")
-    return rows, f"cycle: {what}, {min(rows)} to {max(rows)}; stresses between rows are not evaluated"
+    return (
+        rows,
+        f"one cycle, rows {min(rows)} to {max(rows)} ({what}); stresses between rows are not evaluated",
+    )
 
 
 def _backgrounds(superposed: CycledStress | None, count: int, rows: Sequence[int]) -> list[Background] | None:

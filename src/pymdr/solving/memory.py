@@ -128,7 +128,7 @@ def times_of(stretch: Stretch) -> FloatArray:
         )
     if stretch.time[0] < stretch.begin:
         raise PathError(
-            f"Path.time begins at {stretch.time[0]:g} s, but a history with memory begins at {stretch.begin:g} s: count times from "
+            f"time begins at {stretch.time[0]:g} s, but a history with memory begins at {stretch.begin:g} s: count times from "
             "first touch, or from an earlier instant"
         )
     return stretch.time

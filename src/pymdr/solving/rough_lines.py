@@ -134,7 +134,7 @@ class RoughLine:
         if np.any(depth > last):
             raise PathError(
                 f"at an indentation of {metres(float(depth.max()))} the contact of the ball reaches the end of the line, "
-                f"{metres(self.length)} long; reduce the load, or increase RoughSurface.size"
+                f"{metres(self.length)} long; reduce the load, or increase the size of the surface"
             )
 
     def states(self, realisation: int, rows: FloatArray, by_force: bool, grid: FloatArray) -> States:

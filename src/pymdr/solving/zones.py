@@ -154,7 +154,7 @@ def short_springs(contact: Contact, relaxation: Relaxation) -> ShortSprings:
     rest = float(zone.zone_length(law.work))
     if rest > _LONGEST * size:
         raise ProblemError(
-            f"JKR.range = {metres(law.attraction_range)}: the cohesive zone at rest would be {metres(rest)} long, more than {_LONGEST:g} of the contact "
+            f"adhesion range = {metres(law.attraction_range)}: the cohesive zone at rest would be {metres(rest)} long, more than {_LONGEST:g} of the contact "
             f"radius without load, {metres(size)}; use MaugisDugdale(work, range=...), which has no such limit"
         )
     refuse_edge(line, math.inf)

@@ -53,7 +53,7 @@ class Rings(Value):
 
     def __post_init__(self) -> None:
         if isinstance(self.n, bool) or not isinstance(self.n, (int, np.integer)) or not 20 <= self.n <= 5000:
-            raise ProblemError(f"rings: n = {shown(self.n)}; a whole number from 20 to 5000 is needed")
+            raise ProblemError(f"n = {shown(self.n)}; a whole number from 20 to 5000 is needed")
 
 
 def solve_indentation(

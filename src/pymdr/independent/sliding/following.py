@@ -147,11 +147,9 @@ class HalfSpaceGrid:
 
     def __post_init__(self) -> None:
         if isinstance(self.n, bool) or not isinstance(self.n, (int, np.integer)) or self.n < 8:
-            raise ProblemError(f"HalfSpaceGrid: n = {self.n!r}; give a whole number of at least 8")
+            raise ProblemError(f"n = {self.n!r}; give a whole number of at least 8")
         if self.half_width is not None and not 0 < self.half_width < math.inf:
-            raise ProblemError(
-                f"HalfSpaceGrid: half_width = {self.half_width!r} m; give a finite length above 0"
-            )
+            raise ProblemError(f"half_width = {self.half_width!r} m; give a finite length above 0")
 
 
 @dataclass(frozen=True, eq=False)

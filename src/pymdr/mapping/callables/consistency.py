@@ -63,7 +63,7 @@ def check_consistency(
     >>> check_consistency(lambda r: r * r / 2.0, lambda r: 2.0 * r, 1e-9, 1.0)
     Traceback (most recent call last):
         ...
-    pymdr.errors.ProblemError: Function: f and derivative contradict each other ...
+    pymdr.errors.ProblemError: f(r) and derivative contradict each other ...
     """
     with np.errstate(all="ignore"):
         noise = _noise_of(f, low, high if farthest is None else farthest)
@@ -71,7 +71,7 @@ def check_consistency(
         values = f(np.geomspace(low, high, _NOISE_RADII))
         if not np.isfinite(values).any():
             raise ProblemError(
-                f"Function.f returns {values[-1]} from r = {metres(low)} to {metres(high)}, where derivative is defined; define both "
+                f"f(r) returns {values[-1]} from r = {metres(low)} to {metres(high)}, where derivative is defined; define both "
                 "on the same radii, or give only one"
             )
         stairs = _stairs(values)
@@ -99,7 +99,7 @@ def check_consistency(
 def _contradiction(start: float, end: float, rise: float, integral: float) -> ProblemError:
     """The error for a derivative that contradicts f."""
     return ProblemError(
-        f"Function: f and derivative contradict each other near r = {metres(0.5 * (start + end))}: the slope of f is "
+        f"f(r) and derivative contradict each other near r = {metres(0.5 * (start + end))}: the slope of f is "
         f"{rise / (end - start):.6g}, derivative gives {integral / (end - start):.6g}; correct one of them, or give only one"
     )
 

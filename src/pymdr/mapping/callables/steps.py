@@ -73,7 +73,7 @@ class Steps:
             # what cancels is no step: the rise is to stand out of the rounding all the way
             if abs(step) > _APEX * size and np.all(np.abs(rise) > _ROUNDINGS * rounding(self._f, r)):
                 raise ProblemError(
-                    f"Function.f jumps by {metres(step)} at r = 0, from f(0) to its values next to the axis; make f(0) its "
+                    f"f(r) jumps by {metres(step)} at r = 0, from f(0) to its values next to the axis; make f(0) its "
                     "limit there, for example with numpy.where"
                 )
             return

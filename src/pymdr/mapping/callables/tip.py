@@ -204,7 +204,7 @@ def _continued(f: Curve, top: float) -> TipLaw | None:
         if law is not None:
             return law
         refused = refused or ProblemError(
-            f"Function.f loses all significant digits below r = {metres(radius)} and does not follow a power of r there; give "
+            f"f(r) loses all significant digits below r = {metres(radius)} and does not follow a power of r there; give "
             "derivative= too, or write f without a difference of large numbers (numpy.expm1, "
             "r**2 / (R + sqrt(R**2 - r**2)))"
         )
@@ -265,7 +265,7 @@ def _cancellations(f: Curve, top: float) -> Iterator[tuple[float, list[float]]]:
     pairs = clean[1:] & clean[:-1]
     if cancelling.any() and (limit > _UNUSABLE or not pairs.any()):
         raise ProblemError(
-            f"the slope of Function.f is only noise up to r = {metres(float(2.0 ** (states.steps[cancelling][-1] / 4.0)))}: its "
+            f"the slope of f(r) is only noise up to r = {metres(float(2.0 ** (states.steps[cancelling][-1] / 4.0)))}: its "
             f"rounding is at least {best / _SAFETY:.1e} of its rise; give derivative= too, or write f without a difference of large "
             "numbers"
         )

@@ -142,7 +142,7 @@ def closure_of(curve: ForceCurve) -> Closure:
     whole = fit_points(d / scales[0], force / scales[1], touch)
     if whole.misfit > max(_NO_CURVE, _NO_NOISE * whole.noise):
         raise ProblemError(
-            f"ForceCurve: the points do not fit an elastic contact without adhesion, whose stiffness increases with the depth (misfit "
+            "the points of the force curve do not fit an elastic contact without adhesion, whose stiffness increases with the depth (misfit "
             f"{newtons(whole.misfit * scales[1])} root mean square); give only the approach of an elastic contact, and its "
             "contact_point unless it is at the depth 0"
         )

@@ -299,4 +299,4 @@ def _on_grid(profile: profiles.Function2D, top: float) -> profiles.Sampled2D:
             spacing = 2.0 * half / (_PIXELS - 1)
             return profiles.Sampled2D(-gap, _PIXELS * spacing)
         half /= 2.0
-    raise ProblemError(f"Function2D: the gap is not finite around the apex, up to {top:g} m; define it there")
+    raise ProblemError(f"the gap is not finite around the apex, up to {top:g} m; define it there")

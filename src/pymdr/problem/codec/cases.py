@@ -8,7 +8,7 @@ from typing import Any
 
 from pymdr.errors import CaseError, PymdrError
 from pymdr.problem.codec.complaints import refuse_invalid
-from pymdr.problem.codec.models import LOADS, case_adapter, in_keys, press_adapter, rough_adapter
+from pymdr.problem.codec.models import LOADS, case_adapter, press_adapter, rough_adapter
 from pymdr.problem.codec.registering import import_kinds
 from pymdr.problem.codec.tables import ONE_CHANNEL_LEGS, ORBIT_LEGS, TABLES
 from pymdr.problem.contact import Contact
@@ -261,6 +261,4 @@ def _build(table: str | None, make: Callable[..., Any], arguments: Mapping[str, 
     try:
         return make(**arguments)
     except PymdrError as error:
-        owners = [cls.__name__ for cls in make.__mro__] if isinstance(make, type) else ["Path"]
-        message = in_keys(error, owners, arguments)
-        raise CaseError(message if table is None else f"[{table}] {message}") from error
+        raise CaseError(str(error) if table is None else f"[{table}] {error}") from error

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 from pymdr.errors import CaseError, PymdrError
 from pymdr.problem.codec.cases import build_all, build_contact
 from pymdr.problem.codec.complaints import Place, refuse_invalid
-from pymdr.problem.codec.models import in_keys, machine_adapter
+from pymdr.problem.codec.models import machine_adapter
 from pymdr.problem.codec.outputs import OUTPUTS
 from pymdr.problem.codec.registering import import_kinds
 from pymdr.problem.machines import Body, Link, Machine
@@ -80,6 +80,4 @@ def _machine(place: str, bodies: Sequence[Body], links: Sequence[Link] = ()) -> 
     try:
         return Machine(bodies, links)
     except PymdrError as error:
-        owners = {cls.__name__: [f.name for f in fields(cls)] for cls in (Machine, *map(type, links))}
-        message = in_keys(error, owners, [name for names in owners.values() for name in names])
-        raise CaseError(f"[{place}] {message}") from error
+        raise CaseError(f"[{place}] {error}") from error

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import re
-from collections.abc import Iterable
 from dataclasses import MISSING, fields
 from functools import cache, lru_cache
 from types import GenericAlias
@@ -324,18 +322,6 @@ def _without_kind(name: str, cls: type, doc: str | None = None) -> Any:
     return create_model(name, __config__=CLOSED, __doc__=doc, **columns)
 
 
-def in_keys(error: PymdrError, owners: Iterable[str], keys: Iterable[str]) -> str:
-    """
-    The message of an error with keys of a case in place of fields of classes.
-
-    Examples
-    --------
-    >>> in_keys(PymdrError("Elastic.poisson = 0.7: it must be at most 0.5"), ["Elastic"], ["young", "poisson"])
-    'poisson = 0.7: it must be at most 0.5'
-    """
-    return re.sub(rf"\b(?:{'|'.join(owners)})\.(?=(?:{'|'.join(keys)})\b)", "", str(error))
-
-
 def _checked(kind: Any, descriptor: SIField | OptionalArrayField | CoordinateField) -> Any:
     """A type whose values the field of a problem can read: one validation then lists all wrong values of a case."""
     from pydantic import AfterValidator, BeforeValidator
@@ -345,7 +331,7 @@ def _checked(kind: Any, descriptor: SIField | OptionalArrayField | CoordinateFie
             try:
                 descriptor.read(value)
             except PymdrError as error:
-                raise ValueError(in_keys(error, [descriptor.owner], [descriptor.name])) from error
+                raise ValueError(str(error)) from error
         return value
 
     # of tables, lists and texts only the field says which are wrong

@@ -180,9 +180,11 @@ def _refuse_class(cls: Any) -> None:
         )
     for f in fields(cls):
         if f.name in _NOT_FIELDS:
-            raise ProblemError(f"{cls.__name__}.{f.name} is a reserved key of files; choose another name")
+            raise ProblemError(
+                f"the field {f.name} of {cls.__name__} is a reserved key of files; choose another name"
+            )
         if not isinstance(inspect.getattr_static(cls, f.name, None), SIField | OptionalArrayField):
             raise ProblemError(
-                f"{cls.__name__}.{f.name} is not a quantity; declare it as "
+                f"the field {f.name} of {cls.__name__} is not a quantity; declare it as "
                 f"{f.name}: SIField = SIField('m', above=0)"
             )

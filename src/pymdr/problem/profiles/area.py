@@ -87,18 +87,16 @@ class AreaFunction(Profile):
     def __post_init__(self) -> None:
         table = (self.depth is not None, self.area is not None)
         if (self.coefficients is not None) == any(table) or any(table) != all(table):
-            raise ProblemError("AreaFunction: give either coefficients, or both depth and area")
+            raise ProblemError("give either coefficients, or both depth and area")
         if self.coefficients is None:
             if self.max_depth is not None:
-                raise ProblemError(
-                    "AreaFunction: a table ends at its last depth; max_depth is for coefficients"
-                )
+                raise ProblemError("a table ends at its last depth; max_depth is for coefficients")
             self._check_table()
             return
         count = self.coefficients.size
         if not 1 <= count <= MOST_COEFFICIENTS or not np.any(self.coefficients):
             raise ProblemError(
-                f"AreaFunction.coefficients: {count} given; 1 to {MOST_COEFFICIENTS} are needed, one of them not 0"
+                f"coefficients: {count} given; 1 to {MOST_COEFFICIENTS} are needed, one of them not 0"
             )
 
     def _check_table(self) -> None:
@@ -107,11 +105,11 @@ class AreaFunction(Profile):
         assert area is not None
         if depth.shape != area.shape or depth.size < 4:
             raise ProblemError(
-                f"AreaFunction: {depth.size} depths and {area.size} areas; give at least 4, and one area for each depth"
+                f"{depth.size} depths and {area.size} areas; give at least 4, and one area for each depth"
             )
         if depth[0] < 0.0 or area[0] < 0.0 or np.any(np.diff(depth) <= 0.0) or np.any(np.diff(area) <= 0.0):
             raise ProblemError(
-                "AreaFunction: depths and areas of a table must rise strictly, from 0 or above; sort the rows and average repeated depths"
+                "depths and areas of a table must rise strictly, from 0 or above; sort the rows and average repeated depths"
             )
 
     @property
@@ -195,7 +193,7 @@ class AreaFunction(Profile):
         if bad.any():
             first, last = (metres(math.exp(logs[i]) * self.unit) for i in np.flatnonzero(bad)[[0, -1]])
             raise ProblemError(
-                f"AreaFunction: the area does not rise at depths between {first} and {last}, so no tip has this shape; give "
+                f"the area does not rise at depths between {first} and {last}, so no tip has this shape; give "
                 "max_depth below them, or coefficients whose last one is above 0"
             )
         if math.isfinite(end):

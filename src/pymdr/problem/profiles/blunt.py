@@ -180,7 +180,7 @@ class TruncatedSphere(Truncated):
     def __post_init__(self) -> None:
         if not self.flat_radius < self.max_radius:
             raise ProblemError(
-                f"TruncatedSphere.flat_radius = {metres(self.flat_radius)}: it must be below 0.999 of the radius, "
+                f"flat_radius = {metres(self.flat_radius)}: it must be below 0.999 of the radius, "
                 f"{metres(self.radius)}; for a cylinder with a flat end use FlatPunch(radius)"
             )
 

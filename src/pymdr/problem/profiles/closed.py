@@ -232,7 +232,7 @@ class Flanked(Profile):
     def __post_init__(self) -> None:
         if (self.slope is None) == (self.half_angle is None):
             raise ProblemError(
-                f"{type(self).__name__}(slope={self.slope}, half_angle={self.half_angle}): give exactly one, for "
+                f"slope = {self.slope}, half_angle = {self.half_angle}: give exactly one, for "
                 "example half_angle='70 deg'"
             )
 

@@ -26,7 +26,7 @@ class ErrorField(OptionalArrayField):
 
     def read(self, values: ArrayQuantityLike) -> FloatArray:
         """Convert to a read-only array of one dimension."""
-        name = f"{self.owner}.{self.name}"
+        name = self.name
         if isinstance(values, int | float | list | tuple):
             with suppress(ValueError, TypeError):
                 values = np.asarray(values, dtype=float)
@@ -111,33 +111,31 @@ class ForceCurve(Profile):
     def __post_init__(self) -> None:
         d, force = self.indentation, self.force
         if d.size < FEWEST_POINTS:
-            raise ProblemError(f"ForceCurve: {d.size} points; at least {FEWEST_POINTS} are needed")
+            raise ProblemError(f"{d.size} points; at least {FEWEST_POINTS} are needed")
         if force.shape != d.shape:
-            raise ProblemError(
-                f"ForceCurve: {force.size} forces for {d.size} depths; give one for each depth"
-            )
+            raise ProblemError(f"{force.size} forces for {d.size} depths; give one for each depth")
         if self.error is not None:
             if self.error.size not in (1, d.size):
                 raise ProblemError(
-                    f"ForceCurve: {self.error.size} errors for {d.size} points; give one per point, or one for all"
+                    f"{self.error.size} errors for {d.size} points; give one per point, or one for all"
                 )
             object.__setattr__(self, "error", np.broadcast_to(self.error, d.shape))
         not_rising = np.flatnonzero(np.diff(d) <= 0.0)
         if not_rising.size:
             i = int(not_rising[0]) + 1
             raise ProblemError(
-                f"ForceCurve.indentation: point {i + 1}, {metres(d[i])}, is not above the preceding {metres(d[i - 1])}: "
+                f"indentation: point {i + 1}, {metres(d[i])}, is not above the preceding {metres(d[i - 1])}: "
                 "depths must rise strictly; give only the approach, and each depth once"
             )
         if not np.max(force) > 0.0:
             raise ProblemError(
-                f"ForceCurve.force: the largest is {newtons(float(np.max(force)))}; compressive forces must be above 0 N"
+                f"force: the largest is {newtons(float(np.max(force)))}; compressive forces must be above 0 N"
             )
         touch = self.contact_point
         beyond = int(np.count_nonzero(d > (touch if touch is not None else max(float(d[0]), 0.0))))
         if beyond < FEWEST_POINTS - 1:
             raise ProblemError(
-                f"ForceCurve: {beyond} points beyond the contact point, {metres(touch or 0.0)}; at least "
+                f"{beyond} points beyond the contact point, {metres(touch or 0.0)}; at least "
                 f"{FEWEST_POINTS - 1} are needed"
             )
         self._refuse_drop()
@@ -150,7 +148,7 @@ class ForceCurve(Profile):
         noises = 2.0 * math.sqrt(2.0 * math.log(10.0 * force.size)) * (1.0 + 2.0 / math.sqrt(force.size))
         if drop[i] > max(noises * noise_of(self.indentation, force), _LARGEST_DROP * float(np.max(force))):
             raise ProblemError(
-                f"ForceCurve.force decreases by {newtons(float(drop[i]))} up to d = {metres(self.indentation[i])}, more than its "
+                f"force decreases by {newtons(float(drop[i]))} up to d = {metres(self.indentation[i])}, more than its "
                 "noise: without adhesion and plasticity the force rises with the depth; give only the approach of an "
                 "elastic contact"
             )

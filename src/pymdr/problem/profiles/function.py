@@ -56,17 +56,19 @@ class Function(Profile):
 
     def __post_init__(self) -> None:
         if self.f is None and self.derivative is None:
-            raise ProblemError("Function(): give f, derivative or both, for example Function(lambda r: r**4)")
+            raise ProblemError(
+                "neither f nor derivative is given; give one or both, for example Function(lambda r: r**4)"
+            )
         for name in ("f", "derivative"):
             given = getattr(self, name)
             if given is not None and not callable(given):
-                raise ProblemError(f"Function.{name} = {given!r}: a callable of the radius is needed")
-        radii = np.atleast_1d(to_si_array(self.breakpoints, "m", name="Function.breakpoints"))
+                raise ProblemError(f"{name} = {given!r}: a callable of the radius is needed")
+        radii = np.atleast_1d(to_si_array(self.breakpoints, "m", name="breakpoints"))
         if np.any(radii <= 0.0):
-            raise ProblemError(f"Function.breakpoints = {radii.tolist()}: every radius must be above 0 m")
+            raise ProblemError(f"breakpoints = {radii.tolist()}: every radius must be above 0 m")
         if radii.size:
             for radius in (radii.min(), radii.max()):
-                within_range(radius, "m", "Function.breakpoints", size=True)
+                within_range(radius, "m", "breakpoints", size=True)
         object.__setattr__(self, "breakpoints", tuple(np.unique(radii).tolist()))
 
     def __getstate__(self) -> dict[str, Any]:
@@ -83,7 +85,7 @@ class Function(Profile):
         offset = float(call(self.f, np.zeros(1), "f")[0])
         if not math.isfinite(offset):
             raise ProblemError(
-                f"Function.f returns {offset} at r = 0, where a profile must be finite; return its limit there, "
+                f"f returns {offset} at r = 0, where a profile must be finite; return its limit there, "
                 "for example with numpy.where"
             )
         return offset
@@ -91,13 +93,15 @@ class Function(Profile):
     def gap(self, r: ArrayLike) -> FloatArray:
         """Gap f(r) - f(0) in m; nan beyond `max_radius`."""
         if self.f is None:
-            raise ProblemError("Function.gap: only the derivative was given; give f too")
+            raise ProblemError("the gap needs f, but only the derivative was given; give f too")
         return np.asarray(self._within(self.f, r, "f") - self.offset)
 
     def gap_slope(self, r: ArrayLike) -> FloatArray:
         """Slope f'(r); nan beyond `max_radius`."""
         if self.derivative is None:
-            raise ProblemError("Function.gap_slope: no derivative was given; give derivative too")
+            raise ProblemError(
+                "the slope of the gap needs derivative, but only f was given; give derivative too"
+            )
         return self._within(self.derivative, r, "derivative")
 
     def _within(self, function: ArrayFunction, r: ArrayLike, name: str) -> FloatArray:
@@ -111,7 +115,7 @@ class Function(Profile):
         undefined = inside & (r > 0.0) & np.isnan(values)
         if undefined.any():
             raise ProblemError(
-                f"Function.{name} returns nan at r = {metres(float(r[undefined].min()))}, inside its max_radius of "
+                f"{name}(r) returns nan at r = {metres(float(r[undefined].min()))}, inside its max_radius of "
                 f"{metres(self.max_radius)}; give the max_radius up to which it is defined"
             )
         return values
@@ -178,7 +182,7 @@ def precision(function: ArrayFunction, radius: float) -> float:
 
 def _evaluated(function: ArrayFunction, r: FloatArray, name: str) -> FloatArray:
     """Values of a callable at one-dimensional radii, as a new array of floats of the same shape."""
-    where = f"Function.{name}{_title(function)}"
+    where = f"{name}(r){_title(function)}"
     if type(function) is np.vectorize and function.otypes is None and function.signature is None:
         # without otypes the first value sets the type: an int 0 would truncate all others
         function = np.vectorize(
@@ -242,7 +246,7 @@ def _refuse_state(
     function: ArrayFunction, r: FloatArray, values: FloatArray, index: NDArray[np.intp], name: str
 ) -> None:
     """Refuse values that differ between calls by more than the rounding of arrays of other lengths."""
-    where = f"Function.{name}{_title(function)}"
+    where = f"{name}(r){_title(function)}"
     finite = np.abs(values[np.isfinite(values)])
     size = float(finite.max(initial=0.0))
 
@@ -345,9 +349,7 @@ class Interpolated(Profile):
         sizes = {len(getattr(self, name)) for name in ("base", "low", "high", "power", "coefficients")}
         ends = np.add(self.base, self.high)
         if len(sizes) != 1 or len(self.tip) != 3 or not ends.size or np.any(np.diff(ends) <= 0.0):
-            raise ProblemError(
-                "Interpolated: panels must rise, with base, low, high, power and coefficients for each"
-            )
+            raise ProblemError("panels must rise, with base, low, high, power and coefficients for each")
 
     @property
     def breakpoints(self) -> tuple[float, ...]:

@@ -52,9 +52,7 @@ class CubicSpline(Value):
 
     def __post_init__(self) -> None:
         if self.tip not in ("round", "sharp"):
-            raise ProblemError(
-                f"CubicSpline.tip = {self.tip!r}: it must be 'round' (f' = 0 at r = 0) or 'sharp'"
-            )
+            raise ProblemError(f"tip = {self.tip!r}: it must be 'round' (f' = 0 at r = 0) or 'sharp'")
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,27 +179,25 @@ class Sampled(Profile):
     def __post_init__(self) -> None:
         r = self.radius
         if r.size < FEWEST_SAMPLES:
-            raise ProblemError(f"Sampled: {r.size} samples; at least {FEWEST_SAMPLES} are needed")
+            raise ProblemError(f"{r.size} samples; at least {FEWEST_SAMPLES} are needed")
         for name in ("height", "scatter"):
             values = getattr(self, name)
             if values is not None and values.shape != r.shape:
                 raise ProblemError(
-                    f"Sampled: {values.size} entries of {name} for {r.size} radii; give one entry per radius"
+                    f"{values.size} entries of {name} for {r.size} radii; give one entry per radius"
                 )
         if r[0] != 0.0:
             order = "; reverse the order of the samples" if r[-1] == 0.0 else ""
-            raise ProblemError(
-                f"Sampled.radius begins at {metres(r[0])}: it must begin at 0 m, the apex{order}"
-            )
+            raise ProblemError(f"radius begins at {metres(r[0])}: it must begin at 0 m, the apex{order}")
         _refuse_unsorted(r)
         if self.scatter is not None and np.any(self.scatter < 0.0):
-            raise ProblemError(f"Sampled.scatter = {metres(self.scatter.min())}: it must be at least 0 m")
+            raise ProblemError(f"scatter = {metres(self.scatter.min())}: it must be at least 0 m")
         if self.interpolation is None:
             noisy = self.scatter is not None and bool(np.any(self.scatter > 0.0))
             object.__setattr__(self, "interpolation", SmoothingSpline() if noisy else CubicSpline())
         elif not isinstance(self.interpolation, Interpolation):
             raise ProblemError(
-                f"Sampled.interpolation = {self.interpolation!r}: CubicSpline(), ShapePreserving() or "
+                f"interpolation = {self.interpolation!r}: CubicSpline(), ShapePreserving() or "
                 "SmoothingSpline() is needed"
             )
 
@@ -287,20 +283,20 @@ def _refuse_unsorted(r: FloatArray) -> None:
         i = int(np.argmax(steps <= 0.0))
         verb = "repeats" if steps[i] == 0.0 else "falls"
         raise ProblemError(
-            f"Sampled.radius {verb} at entry {i + 2} ({metres(r[i])}, then {metres(r[i + 1])}): radii must rise strictly; "
+            f"radius {verb} at entry {i + 2} ({metres(r[i])}, then {metres(r[i + 1])}): radii must rise strictly; "
             "sort the samples and average those that repeat"
         )
     merged = steps < CLOSEST * r[1:]
     if np.any(merged):
         i = int(np.argmax(merged))
         raise ProblemError(
-            f"Sampled.radius: entries {i + 1} and {i + 2} ({float(r[i])!r} m, then {float(r[i + 1])!r} m) are "
+            f"radius: entries {i + 1} and {i + 2} ({float(r[i])!r} m, then {float(r[i + 1])!r} m) are "
             f"at a distance of {metres(steps[i])}, less than {CLOSEST:g} of their radius, where double precision cannot resolve a slope; "
             "average them"
         )
     if r[1] < r[-1] / WIDEST:
         raise ProblemError(
-            f"Sampled.radius: entry 2 is {float(r[1])!r} m, less than {1.0 / WIDEST:g} of the last, "
+            f"radius: entry 2 is {float(r[1])!r} m, less than {1.0 / WIDEST:g} of the last, "
             f"{metres(r[-1])}; omit samples so close to the apex"
         )
 
@@ -334,7 +330,7 @@ def curve(
                 c[3 - power] /= width
     if not np.isfinite(c).all():
         raise ProblemError(
-            f"Sampled: the cubics through heights up to {highest:g} m over radii up to {float(radius[-1]):g} m overflow; give "
+            f"the cubics through heights up to {highest:g} m over radii up to {float(radius[-1]):g} m overflow; give "
             "lengths in m"
         )
     poly = interpolate.PPoly(c, np.array(radius))

@@ -94,7 +94,7 @@ class EllipticParaboloid(Shape):
         low, high = sorted((self.radius_x, self.radius_y))
         if high > 1e6 * low * (1.0 + 1e-9):
             raise ProblemError(
-                f"EllipticParaboloid: the radii {metres(self.radius_x)} and {metres(self.radius_y)} differ by a factor of "
+                f"the radii {metres(self.radius_x)} and {metres(self.radius_y)} differ by a factor of "
                 f"{high / low:.3g} (limit 1e6); such a line contact depends on the length of the body"
             )
 
@@ -141,7 +141,7 @@ class Pyramid(Shape, Flanked):
         whole = isinstance(sides, int | np.integer) and not isinstance(sides, bool)
         if not whole or not 3 <= sides <= MOST_SIDES:
             raise ProblemError(
-                f"Pyramid.sides = {shown(sides)}: a whole number from 3 to {MOST_SIDES} is needed; for more sides use a Cone"
+                f"sides = {shown(sides)}: a whole number from 3 to {MOST_SIDES} is needed; for more sides use a Cone"
             )
         object.__setattr__(self, "sides", int(sides))
         super().__post_init__()
@@ -215,7 +215,7 @@ class Function2D(Shape):
 
     def __post_init__(self) -> None:
         if not callable(self.f):
-            raise ProblemError(f"Function2D.f = {shown(self.f)}: a callable of x and y is needed")
+            raise ProblemError(f"f = {shown(self.f)}: a callable of x and y is needed")
 
     def __getstate__(self) -> dict[str, Any]:
         return with_named_callables(self, "f")
@@ -228,9 +228,7 @@ class Function2D(Shape):
         """F(0, 0) in m, which is removed."""
         offset = float(self._values(np.zeros(2), np.zeros(2))[0])
         if not math.isfinite(offset):
-            raise ProblemError(
-                f"Function2D.f returns {offset} at its apex x = y = 0, where it must be finite"
-            )
+            raise ProblemError(f"f(x, y) returns {offset} at its apex x = y = 0, where it must be finite")
         return offset
 
     def gap_at(self, x: ArrayLike, y: ArrayLike) -> FloatArray:
@@ -255,14 +253,14 @@ class Function2D(Shape):
         if other.any():
             i = few[np.argmax(other)]
             raise ProblemError(
-                f"Function2D.f returns {values[i]:g} and then {again[np.argmax(other)]:g} at x = {metres(flat[0][i])}, y = "
+                f"f(x, y) returns {values[i]:g} and then {again[np.argmax(other)]:g} at x = {metres(flat[0][i])}, y = "
                 f"{metres(flat[1][i])}: the value at a point must not depend on other points or chance"
             )
         return values[: np.size(x)].reshape(np.shape(x))
 
     def _evaluated(self, x: FloatArray, y: FloatArray) -> FloatArray:
         name = getattr(self.f, "__name__", "")
-        where = "Function2D.f" + (f" ({name})" if name and name != "<lambda>" else "")
+        where = "f(x, y)" + (f" ({name})" if name and name != "<lambda>" else "")
         try:
             with np.errstate(all="ignore"):
                 raw = self.f(x.copy(), y.copy())
@@ -310,14 +308,14 @@ class Sampled2D(Shape):
         missing = int(np.isnan(self.heights).sum())
         if missing:
             raise ProblemError(
-                f"Sampled2D.heights: {missing} of {self.heights.size} are missing; fill them, or crop to a complete patch"
+                f"heights: {missing} of {self.heights.size} are missing; fill them, or crop to a complete patch"
             )
         if not np.ptp(self.heights) > 0.0:
-            raise ProblemError("Sampled2D.heights: all are equal; a plane has no apex")
+            raise ProblemError("heights: all are equal; a plane has no apex")
         i, j = self.apex
         if min(i, j, self.heights.shape[0] - 1 - i, self.heights.shape[1] - 1 - j) < 1:
             raise ProblemError(
-                f"Sampled2D.heights: the highest pixel ({i}, {j}) is at the edge of the grid of {self.heights.shape[0]} x "
+                f"heights: the highest pixel ({i}, {j}) is at the edge of the grid of {self.heights.shape[0]} x "
                 f"{self.heights.shape[1]}; use a patch with the apex inside"
             )
 

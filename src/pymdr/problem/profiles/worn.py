@@ -76,17 +76,17 @@ class Worn(Profile):
         r, h = self.radius, self.depth
         if not isinstance(self.original, Profile) or self.original.whole or self.original.no_radius:
             raise ProblemError(
-                f"Worn.original = {shown(self.original)}: a profile of revolution is needed, such as Sphere('10 mm')"
+                f"original = {shown(self.original)}: a profile of revolution is needed, such as Sphere('10 mm')"
             )
         if r.size < _FEWEST or h.shape != r.shape:
             raise ProblemError(
-                f"Worn: {r.size} radii and {h.size} depths; give the same number of each, at least {_FEWEST}"
+                f"{r.size} radii and {h.size} depths; give the same number of each, at least {_FEWEST}"
             )
         if not r[0] >= 0.0 or not np.all(np.diff(r) > 0.0):
-            raise ProblemError("Worn.radius must rise strictly from 0 m or more; sort the radii")
+            raise ProblemError("radius must rise strictly from 0 m or more; sort the radii")
         if np.any(h < 0.0) or h[-1] != 0.0:
             raise ProblemError(
-                f"Worn.depth: the smallest is {metres(h.min())}, the last {metres(h[-1])}; depths must be at least 0 m, and the last 0 m"
+                f"depth: the smallest is {metres(h.min())}, the last {metres(h[-1])}; depths must be at least 0 m, and the last 0 m"
             )
 
         self._check_springs()
@@ -97,11 +97,11 @@ class Worn(Profile):
             return
         if x is None or g is None or x.shape != g.shape or x.size < _FEWEST:
             raise ProblemError(
-                f"Worn: give both spring_radius and spring_depth, with the same number of values, at least {_FEWEST}"
+                f"give both spring_radius and spring_depth, with the same number of values, at least {_FEWEST}"
             )
         if not x[0] >= 0.0 or np.any(np.diff(x) < 0.0) or np.any(np.diff(g) < 0.0):
             raise ProblemError(
-                "Worn: spring_radius (from 0 m or more) and spring_depth must not decrease from row to row, as in every contact on a disk; sort the rows"
+                "spring_radius (from 0 m or more) and spring_depth must not decrease from row to row, as in every contact on a disk; sort the rows"
             )
 
     @cached_property

@@ -20,7 +20,7 @@ class HeightsField(ArrayField):
 
     def read(self, values: ArrayQuantityLike) -> FloatArray:
         """Convert to a read-only matrix of SI lengths."""
-        name = f"{self.owner}.{self.name}"
+        name = self.name
         if isinstance(values, list | tuple):
             with suppress(ValueError, TypeError):
                 values = np.asarray(values, dtype=float)
@@ -45,7 +45,7 @@ class Heights(Value):
 
     def __post_init__(self) -> None:
         if not isinstance(self.steps, tuple) or not all(isinstance(step, str) for step in self.steps):
-            raise ProblemError(f"Topography.steps = {shown(self.steps)}: a tuple of texts is needed")
+            raise ProblemError(f"steps = {shown(self.steps)}: a tuple of texts is needed")
 
     def complete(self) -> FloatArray:
         """The heights; refused if some are missing."""

@@ -46,7 +46,9 @@ def limits_of(fit_range: Mapping[str, QuantityLike]) -> dict[str, float]:
     }
     for name, limit in limits.items():
         if not limit > 0.0:
-            raise ProblemError(f"fit_range: {name} = {written(limit, _UNITS[name])} (limit: above 0)")
+            raise ProblemError(
+                f"fit_range[{name!r}] = {written(limit, _UNITS[name])}: it must be above 0 {_UNITS[name]}"
+            )
     return limits
 
 
@@ -54,7 +56,7 @@ def refuse_history(contact: Contact) -> None:
     """Refuse a fit range for forces that depend on the whole record."""
     if contact.friction is not None or contact.is_viscoelastic:
         raise ProblemError(
-            "fit_range: only force curves of elastic bodies are cut, because memory and friction depend on the whole record; cut "
+            "only force curves of elastic bodies are cut at a fit_range, because memory and friction depend on the whole record; cut "
             "the record at a time instead"
         )
 

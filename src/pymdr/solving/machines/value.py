@@ -90,7 +90,7 @@ class Motion(Study):
         along = next((dim for dim in array.dims if dim != "step"), None)
         if along is None or of not in array[along].values:
             known = ", ".join(map(str, self.data[along].values)) if along else "none"
-            raise QuantityError(f"spectrum: {shown(name)} has no {shown(of)}; it has {known}")
+            raise QuantityError(f"{shown(name)} has no {shown(of)}; it has {known}")
         time = self.data["time"].values
         frequency, amplitude = amplitude_spectrum(
             array.sel({along: of}).values[:-1], float(time[1] - time[0])

@@ -253,9 +253,7 @@ def plot(
 
     with failures_as_json("plot", result_file, as_json):
         if (animate or measure != "von_mises") and not stress:
-            raise QuantityError(
-                "plot: --animate and --measure are for the stress inside the bodies; add --stress"
-            )
+            raise QuantityError("--animate and --measure are for the stress inside the bodies; add --stress")
         result, own = open_result(result_file), result_file if result_file.is_dir() else result_file.parent
         picture = output is not None and output.suffix.lower() in _PICTURES and not output.is_dir()
         place = output.parent if output is not None and picture else output or own

@@ -123,11 +123,11 @@ def _draw_map(study: Study, contact: Contact | None, file: Path) -> None:
     from pymdr.solving.running import running_conditions
 
     if contact is None:
-        raise ProblemError("fretting: --map needs the contact whose gross slip it shows; give --case")
+        raise ProblemError("--map needs the contact whose gross slip it shows; give --case")
     if "normal_force" not in study.data:
-        raise ProblemError("fretting: --map needs the load of the record; give --normal-force")
+        raise ProblemError("--map needs the load of the record; give --normal-force")
     if contact.friction is None:
-        raise ProblemError("fretting: --map needs a coefficient of friction; give [friction] in the case")
+        raise ProblemError("--map needs a coefficient of friction; give [friction] in the case")
     loads = np.linspace(0.02, 1.25, 60) * float(study.data["normal_force"].max())
     write_figure(running_conditions(contact, loads, record=study).plot(), file)
 

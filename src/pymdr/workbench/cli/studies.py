@@ -69,7 +69,7 @@ def impact(
         title, contact = read_contact(case)
         if given:
             raise ProblemError(
-                f"impact: --{next(iter(given))} applies to oblique impacts at one speed; give one --speed, or leave "
+                f"--{next(iter(given))} applies to oblique impacts at one speed; give one --speed, or leave "
                 "the option out"
             )
         return title, restitution(contact, mass=mass, speeds=spread(speed, points, "m/s", "speed"))
