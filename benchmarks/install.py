@@ -2,7 +2,7 @@
 
 ``python -m benchmarks.install`` builds a wheel of this folder, downloads it with all that it needs, installs that into a new environment without a network,
 and runs two programs there, each twice: the first run of the second also compiles the kernels of friction. Printed are tables in
-Markdown; nothing of this clone or of the environment of the caller is used.
+Markdown, sizes in MiB, those on the disk in whole blocks as ``du`` counts; nothing of this clone or of the environment of the caller is used.
 """
 
 import json
@@ -33,7 +33,7 @@ from importlib.metadata import distributions
 sizes = {}
 for one in distributions():
     files = (one.locate_file(file) for file in one.files or ())
-    sizes[one.metadata["Name"].lower().replace("_", "-")] = sum(file.stat().st_size for file in files if file.is_file())
+    sizes[one.metadata["Name"].lower().replace("_", "-")] = sum(512 * file.stat().st_blocks for file in files if file.is_file())
 print(json.dumps(sizes))
 """
 LISTED = 8
@@ -68,8 +68,8 @@ def print_sizes(downloaded: dict[str, int], installed: dict[str, int]) -> None:
     """Print both sizes of the largest packages, of the rest, and of all."""
 
     def line(name: str, names: Sequence[str]) -> str:
-        sums = (sum(sizes.get(one, 0) for one in names) / 1e6 for sizes in (downloaded, installed))
-        return f"| {name} | " + " | ".join(f"{size:.1f} MB" for size in sums) + " |"
+        sums = (sum(sizes.get(one, 0) for one in names) / 2**20 for sizes in (downloaded, installed))
+        return f"| {name} | " + " | ".join(f"{size:.1f} MiB" for size in sums) + " |"
 
     names = sorted((name for name in installed if name != "pip"), key=lambda name: -installed[name])
     print("| package | download | on disk, with bytecode |\n|---|---|---|")
