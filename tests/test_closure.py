@@ -3,6 +3,7 @@
 import dataclasses
 import itertools
 import math
+import re
 
 import numpy as np
 import pytest
@@ -250,6 +251,11 @@ def test_claimed_errors_are_the_actual_errors(noise):
     assert np.max(results) < 3.0
 
 
+CURVE_REFUSED = re.compile(
+    r"^(force decreases by|force: the largest is|\d+ points beyond the contact point|the points of the force curve do not fit)"
+)
+
+
 @settings(max_examples=examples(40), deadline=None)
 @given(
     st.integers(5, 150),
@@ -266,7 +272,7 @@ def test_points_with_any_noise_have_a_rising_stiffness_or_are_refused(n, power, 
         curve = mdr.ForceCurve(d, load, modulus=1.0)
         result = closure_of(curve)
     except mdr.ProblemError as refusal:
-        assert "ForceCurve" in str(refusal)  # noqa: PT017
+        assert CURVE_REFUSED.search(str(refusal))  # noqa: PT017
         return
     assert np.all(np.diff(result.stiffness.stiffness) >= 0.0)
     assert result.misfit <= max(0.05 * load.max(), 2.0 * result.noise) * (1.0 + 1e-9)

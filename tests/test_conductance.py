@@ -452,7 +452,7 @@ def test_bodies_carry_what_they_conduct_everywhere(tmp_path):
 @pytest.mark.parametrize("value", [-1.0, 0.0, "5 mm", math.nan, 1e70, "five"])
 def test_bad_properties_are_refused(name, value):
     for kind in (mdr.Rigid, lambda **given: mdr.Elastic(1e9, 0.3, **given)):
-        with pytest.raises(mdr.PymdrError, match=rf"(Rigid|Elastic)\.{name}"):
+        with pytest.raises(mdr.PymdrError, match=rf"^{name}( =|:) "):
             kind(**{name: value})
 
 

@@ -142,7 +142,7 @@ def test_values_are_frozen_copies():
         (lambda: mdr.Cone(slope=1.0, half_angle=1.0), mdr.ProblemError, "exactly one"),
         (lambda: mdr.Cone(half_angle="90 deg"), mdr.ProblemError, "below"),
         (lambda: mdr.PowerLaw(0, 1.0, 1.0), mdr.ProblemError, "above 0"),
-        (lambda: mdr.Function(), mdr.ProblemError, "f, derivative or both"),
+        (lambda: mdr.Function(), mdr.ProblemError, "neither f nor derivative is given; give one or both"),
         (lambda: mdr.Function(3.0), mdr.ProblemError, "callable"),
         (lambda: mdr.Function(np.square, [-1.0]), mdr.ProblemError, "above 0"),
         (lambda: mdr.Contact(mdr.Sphere(1.0), mdr.Rigid()), mdr.ProblemError, "both bodies are rigid"),

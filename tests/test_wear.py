@@ -585,14 +585,26 @@ def test_rows_that_do_not_exist_are_refused(at_depth: mdr.solving.wear.Wear, row
 
 def test_bad_worn_profiles_are_refused() -> None:
     ball = mdr.Paraboloid("1 mm")
-    for original, radius, depth in (
-        (mdr.Worn(ball, [0.0, 1e-5, 2e-5], [1e-8, 1e-8, 0.0]), [0.0, 1e-5, 2e-5], [1e-8, 1e-8, 0.0]),
-        (ball, [0.0, 1e-5], [1e-8, 0.0]),
-        (ball, [1e-5, 0.0, 2e-5], [1e-8, 1e-8, 0.0]),
-        (ball, [0.0, 1e-5, 2e-5], [1e-8, -1e-8, 0.0]),
-        (ball, [0.0, 1e-5, 2e-5], [1e-8, 1e-8, 1e-9]),
+    worn = mdr.Worn(ball, [0.0, 1e-5, 2e-5], [1e-8, 1e-8, 0.0])
+    smallest = "depths must be at least 0 m, and the last 0 m"
+    for original, radius, depth, words in (
+        (worn, [0.0, 1e-5, 2e-5], [1e-8, 1e-8, 0.0], r"original = Worn\(.*a profile of revolution is needed"),
+        (ball, [0.0, 1e-5], [1e-8, 0.0], "2 radii and 2 depths; give the same number of each, at least 3"),
+        (ball, [1e-5, 0.0, 2e-5], [1e-8, 1e-8, 0.0], "radius must rise strictly from 0 m or more"),
+        (
+            ball,
+            [0.0, 1e-5, 2e-5],
+            [1e-8, -1e-8, 0.0],
+            f"depth: the smallest is -10 nm, the last 0 m; {smallest}",
+        ),
+        (
+            ball,
+            [0.0, 1e-5, 2e-5],
+            [1e-8, 1e-8, 1e-9],
+            f"depth: the smallest is 1 nm, the last 1 nm; {smallest}",
+        ),
     ):
-        with pytest.raises(mdr.ProblemError, match="Worn"):
+        with pytest.raises(mdr.ProblemError, match=words):
             mdr.Worn(original, radius, depth)
 
 
