@@ -164,7 +164,9 @@ def _show_whole_points(figure: Figure) -> None:
                 continue
             points = line.get_transform().transform(line.get_xydata())
             known = points[np.isfinite(points).all(axis=1)]
-            if known.size and np.all((known >= box.min - 0.5) & (known <= box.max + 0.5)):
+            if known.size and np.all(
+                (known >= np.asarray(box.min) - 0.5) & (known <= np.asarray(box.max) + 0.5)
+            ):
                 line.set_clip_on(False)
 
 
