@@ -21,6 +21,7 @@ from pymdr.mapping.callables import (
     search_points,
     slope_panel,
     tip_law,
+    underflow_law,
 )
 from pymdr.mapping.equivalent import equivalent_profile
 from pymdr.problem.profiles import call
@@ -384,6 +385,22 @@ def test_a_narrow_bump_on_an_offset_is_no_part_of_a_law(R, place, width, roundin
         w, h = m * 10.0**width, sign * 10.0**roundings * np.spacing(R)
         with pytest.raises(mdr.ProblemError, match="give derivative="):
             tip_law(lambda r: r * r / (2.0 * R) + h * np.exp(-0.5 * ((r - m) / w) ** 2) + R, R)
+
+
+@pytest.mark.parametrize("power", [0.0, 1.0])
+@pytest.mark.parametrize("faint", [1e-30, 1e-60, 1e-120])
+def test_a_kink_with_nearly_nothing_before_it_is_no_underflow(power, faint):
+    """The slope beyond the kink was continued to the tip: depths were 400 times too large, with claims of 8e-16."""
+    b = 1.818149579941359e-05
+
+    def slope(r):
+        return np.where(r > b, (r / b) ** power, faint * np.maximum(r / b - 0.9, 0.0) ** 4)
+
+    assert underflow_law(slope, 1e-4, of="slope") is None
+    line = equivalent_profile(mdr.Function(derivative=slope))
+    x = b * np.array([1.01, 1.3, 4.0])
+    cone, paraboloid = x * np.arccos(b / x), x * np.sqrt(x**2 - b**2) / b
+    assert line.g(x) == pytest.approx(paraboloid if power else cone, rel=1e-11)
 
 
 def test_a_tip_of_noise_is_refused():

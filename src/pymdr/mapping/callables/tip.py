@@ -29,6 +29,8 @@ _DEEPEST, _LAST, _DEPTH, _OUTWARD = 56.0, 1000.0, 24.0, (0.0, 6.0, 24.0)
 """Octaves searched for an underflow, the last one below 1 m, those above the first 0, and those above the requested radius."""
 _FAINT = 0.3
 """Fraction of rounding to the power 1.5 times the values at the requested radii: smaller values that end in 0 are no differences."""
+_FALLEN = 16.0
+"""Ratio of the last value of a law to that of the callable above which the callable does not follow the law."""
 _UNFELT = 1e-40
 """Fraction of the values farther out that is negligible."""
 _CANCELLATION, _ROUNDINGS = 1e-13, 16.0
@@ -175,6 +177,10 @@ def underflow_law(curve: Curve, top: float, end: float = math.inf, of: str = "va
             return None
         power, before = np.log2(values[[first - 5, first - 9]] / values[[first - 1, first - 5]])
         faint = values[first - 1] < _UNFELT * np.max(np.abs(far))
+        last_by_law = values[first - 1] * (r[deepest] / r[first - 1]) ** power
+        # rounding to the smallest numbers changes the last value by a factor of 2; a kink below the sure radii by more
+        if not faint and not last_by_law < _FALLEN * values[deepest]:
+            return None
     if not abs(power - before) < max(_STEADY, digits):
         if not (faint and power > before):
             return None
