@@ -272,6 +272,19 @@ def test_energies_of_a_punch_far_shallower_than_its_radius_belong_to_the_depth_i
     np.testing.assert_allclose(result["elastic_energy"].values, stored, rtol=2e-15)
 
 
+def test_the_energy_of_a_pull_on_a_punch_far_shallower_than_its_radius_belongs_to_the_depth_itself():
+    """-pull d, where F + pull = 2 E* a d."""
+    punch, body = mdr.FlatPunch("1 m"), mdr.Elastic("1 GPa", 0.3)
+    contact = mdr.Contact(punch, body, adhesion=mdr.DMT("1 mJ/m^2", range="0.3 nm"))
+    depths = 1e-8 * np.random.default_rng(3).uniform(0.0, 1.0, 40)
+    result = mdr.solve(contact, mdr.Path(indentation=depths))
+    elastic = 2e9 / (1.0 - 0.3**2) * depths
+    pull = float(np.median(elastic - result["normal_force"].values))
+    assert pull > 1e3 * elastic.max()
+    np.testing.assert_allclose(result["surface_energy"].values, -pull * depths, rtol=1e-14)
+    np.testing.assert_allclose(result["elastic_energy"].values, 0.5 * elastic * depths, rtol=2e-15)
+
+
 @pytest.mark.parametrize("radius", ["1 nm", "898 nm", "4.6 mm"])
 def test_a_rigid_touch_has_no_radius(radius):
     """Tables gave radii of 1e-29 m, where a stiffness, too, must be a number."""

@@ -49,7 +49,7 @@ class Forces(Protocol):
 
     @property
     def fold(self) -> float:
-        """The smallest depth in m of the contact in retreat; inf if it depends on the history."""
+        """The smallest depth in m of the contact in retraction; inf if it depends on the history."""
 
     def at(self, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Force in N and stiffness in N/m in contact, at depths in m."""
@@ -72,7 +72,7 @@ class AdhesiveForces:
     compliance: float = 0.0
     """Compliance in m/N of the machine whose travels are the depths; 0 for depths."""
     deeper: AdhesiveForces | None = None
-    """The branch from its own fold on, at which the contact jumps to this one in retreat; None if the contact is lost there."""
+    """The branch from its own fold on, at which the contact jumps to this one in retraction; None if the contact is lost there."""
 
     @property
     def fold(self) -> float:
@@ -181,7 +181,7 @@ class AdhesiveForces:
         return values[0], values[1]
 
     def on_machine(self, compliance: float) -> AdhesiveForces:
-        """The forces in retreat over the travel of a machine, to the loss of contact, with its compliance in m/N."""
+        """The forces in retraction over the travel of a machine, to the loss of contact, with its compliance in m/N."""
         from scipy.optimize import brentq
 
         knots = self._knots

@@ -178,7 +178,7 @@ def on_machine(member: Member, soft: float) -> Machine:
     nodes = np.arange(cells + 1) / cells
     travels = member.fold + span * nodes * nodes + soft * member.force
     lowest = int(np.argmin(travels))
-    # in retreat the contact keeps to the deepest branch until that loses its stability
+    # in retraction the contact keeps to the deepest branch until that loses its stability
     for i in range(cells - 1, lowest, -1):
         travels[i] = min(travels[i], travels[i + 1])
     rate = 2.0 * span * lowest / cells + soft * member.slope[lowest]
